@@ -57,7 +57,7 @@ absl::StatusOr<FeasibleViews> FeasibleViews::Find(const model::PlanningView& mod
   views.Cover(model, config);
   if (views.size_.isZero()) return views;
   views.floor_ = std::move(floor);
-  if (!views.Judge(model, grid, scanner, config, parallel, cancelled)) {
+  if (!views.Judge(model, grid, views.floor_, scanner, config, parallel, cancelled)) {
     return absl::CancelledError("feasible views");
   }
   views.ListFeasible(config.require_reachable);
@@ -65,18 +65,23 @@ absl::StatusOr<FeasibleViews> FeasibleViews::Find(const model::PlanningView& mod
 }
 
 absl::StatusOr<FeasibleViews> FeasibleViews::FindExpected(
-    const model::PlanningView& standing, const FloorMap& floor, const visibility::OpaqueGrid& grid,
-    const FeasibleViews& known, const sensor::ScannerModel& scanner, const PlanningConfig& config,
-    parallel::Parallel& parallel, const parallel::Cancellation& cancelled) {
+    const model::PlanningView& standing, const FloorMap& floor, const FloorMap& ways,
+    const visibility::OpaqueGrid& grid, const FeasibleViews& known,
+    const sensor::ScannerModel& scanner, const PlanningConfig& config, parallel::Parallel& parallel,
+    const parallel::Cancellation& cancelled) {
   FeasibleViews views;
   views.Cover(standing, config);
   if (views.size_.isZero()) return views;
   views.floor_ = floor;
-  if (!views.Judge(standing, visibility::OpaqueGrid(standing), scanner, config, parallel,
-                   cancelled)) {
+  const visibility::OpaqueGrid standing_grid(standing);
+  if (!views.Judge(standing, standing_grid, ways, scanner, config, parallel, cancelled)) {
     return absl::CancelledError("feasible views");
   }
+  const auto direct = ReachMap::Find(standing, standing_grid, floor, config, views.first_.head<2>(),
+                                     views.size_.head<2>(), views.voxels_per_cell_, cancelled);
+  if (!direct.ok()) return absl::CancelledError("feasible views");
   views.RequireSeen(grid, known);
+  views.RequireSound(*direct, known);
   views.ListFeasible(config.require_reachable);
   return views;
 }
@@ -116,10 +121,34 @@ void FeasibleViews::RequireSeen(const visibility::OpaqueGrid& grid, const Feasib
   }
 }
 
+// Who goes over floor that was not seen trusts that there is some, and has to find a good place at
+// the end: whether what hides it stands on the place itself is not trusted, too.
+void FeasibleViews::RequireSound(const ReachMap& direct, const FeasibleViews& known) {
+  for (size_t r = 0; r < rows_.size(); ++r) {
+    Row& row = rows_[r];
+    for (size_t i = 0; i + 1 < row.begin.size(); ++i) {
+      const int cx = row.first + static_cast<int>(i);
+      for (const CellFloor& floor : CellFloors(cx, first_.y() + static_cast<int>(r))) {
+        for (int k = 0; k < floor.cells; ++k) {
+          Infeasibility& why = row.why[floor.cell + static_cast<size_t>(k)];
+          if (why != Infeasibility::kNone) continue;
+          const CellIndex cell(cx, first_.y() + static_cast<int>(r), floor.first_cell + k);
+          const Eigen::Vector3d centre = (cell.cast<double>().array() + 0.5) * cell_size_;
+          if (direct.Reached(centre) || known.IndexOf(cell) >= 0) continue;
+          const bool sound =
+              !floor.between && (floor.expected || known.Why(cell) == Infeasibility::kUnreachable);
+          if (!sound) why = Infeasibility::kUnreachable;
+        }
+      }
+    }
+  }
+}
+
 // Why each cell is not feasible, reachability apart. False when cancelled on the way.
 bool FeasibleViews::Judge(const model::PlanningView& model, const visibility::OpaqueGrid& grid,
-                          const sensor::ScannerModel& scanner, const PlanningConfig& config,
-                          parallel::Parallel& parallel, const parallel::Cancellation& cancelled) {
+                          const FloorMap& ways, const sensor::ScannerModel& scanner,
+                          const PlanningConfig& config, parallel::Parallel& parallel,
+                          const parallel::Cancellation& cancelled) {
   rows_.assign(static_cast<size_t>(size_.y()), {});
   parallel.For(rows_.size(), [&](size_t row) {
     if (cancelled.Requested()) return;
@@ -147,7 +176,7 @@ bool FeasibleViews::Judge(const model::PlanningView& model, const visibility::Op
   if (cancelled.Requested()) return false;
   if (!CarveClearance(grid, scanner.clearance, parallel, cancelled)) return false;
   ExemptStations(model, scanner.clearance);
-  auto reach = ReachMap::Find(model, grid, floor_, config, first_.head<2>(), size_.head<2>(),
+  auto reach = ReachMap::Find(model, grid, ways, config, first_.head<2>(), size_.head<2>(),
                               voxels_per_cell_, cancelled);
   if (!reach.ok()) return false;
   reach_ = *std::move(reach);
@@ -256,11 +285,14 @@ void FeasibleViews::FindCellFloors(int cx, int cy, const visibility::OpaqueGrid&
       whole = under[i] != nullptr;
     }
     if (!whole) continue;
-    CellFloor floor{first.height, first.height, std::numeric_limits<int>::max(), true};
+    CellFloor floor{first.height, first.height, std::numeric_limits<int>::max()};
     for (size_t i = 0; i < under.size(); ++i) {
       floor.low = std::min(floor.low, under[i]->height);
       floor.high = std::max(floor.high, under[i]->height);
       floor.measured &= under[i]->measured();
+      floor.expected |= under[i]->source == FloorSource::kExpected;
+      floor.between |=
+          under[i]->source == FloorSource::kBetween || under[i]->source == FloorSource::kHidden;
       int z = FirstLayerOverFloor(under[i]->height, voxel_);
       while (z < floor.top &&
              grid.Empty({cx * n + static_cast<int>(i) % n, cy * n + static_cast<int>(i) / n, z})) {

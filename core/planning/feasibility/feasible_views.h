@@ -41,8 +41,10 @@ inline constexpr int kInfeasibilities = 10;
 struct CellFloor {
   float low = 0;  // m, z
   float high = 0;
-  int top = 0;           // the first layer of voxels over it that is not known to be empty
-  bool measured = true;  // all of it
+  int top = 0;            // the first layer of voxels over it that is not known to be empty
+  bool measured = true;   // all of it
+  bool expected = false;  // any of it
+  bool between = false;   // any of it lies between measured floor
   // The cells that stand on it at an allowed height: z of the lowest, their number, and where the
   // first of them is in its row's.
   int first_cell = 0;
@@ -75,11 +77,12 @@ class FeasibleViews {
                                             const parallel::Cancellation& cancelled = {});
 
   // Where views may stand if unknown space is no obstacle, besides all of `known`, which the model
-  // allows. `standing`: the model with unknown space taken for empty; heights, clearance and ways
-  // are judged in it, over `floor`. `grid`: of the model with what is expected; a viewcell has to
-  // be empty in it. Else as Find().
+  // allows. `standing`: the model with unknown space taken for empty; heights and clearance are
+  // judged in it over `floor`, ways over `ways`; where one leads over more than `floor`, it leads
+  // to places that lack nothing else by what is known, and into rooms that are expected. `grid`: of
+  // the model with what is expected; a viewcell has to be empty in it. Else as Find().
   static absl::StatusOr<FeasibleViews> FindExpected(
-      const model::PlanningView& standing, const FloorMap& floor,
+      const model::PlanningView& standing, const FloorMap& floor, const FloorMap& ways,
       const visibility::OpaqueGrid& grid, const FeasibleViews& known,
       const sensor::ScannerModel& scanner, const PlanningConfig& config,
       parallel::Parallel& parallel, const parallel::Cancellation& cancelled = {});
@@ -159,10 +162,13 @@ class FeasibleViews {
   const Floor* FloorUnder(const Eigen::Vector3d& p) const;
   void Cover(const model::PlanningView& model, const PlanningConfig& config);
   void RequireSeen(const visibility::OpaqueGrid& grid, const FeasibleViews& known);
-  // The floor is known.
+  // `direct`: what can be reached over this map's own floor.
+  void RequireSound(const ReachMap& direct, const FeasibleViews& known);
+  // The floor is known. `ways`: the floor that may be walked over.
   bool Judge(const model::PlanningView& model, const visibility::OpaqueGrid& grid,
-             const sensor::ScannerModel& scanner, const PlanningConfig& config,
-             parallel::Parallel& parallel, const parallel::Cancellation& cancelled);
+             const FloorMap& ways, const sensor::ScannerModel& scanner,
+             const PlanningConfig& config, parallel::Parallel& parallel,
+             const parallel::Cancellation& cancelled);
   bool CarveClearance(const visibility::OpaqueGrid& grid, double clearance,
                       parallel::Parallel& parallel, const parallel::Cancellation& cancelled);
   void ExemptStations(const model::PlanningView& model, double clearance);

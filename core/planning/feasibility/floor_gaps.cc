@@ -129,6 +129,54 @@ bool MayBeFloor(const model::PlanningView& model, const RaisedStations& raised,
   return true;
 }
 
+// A straight line over columns without floor at the height of those at its ends.
+struct Gap {
+  Eigen::Vector2i from;  // the column at its near end
+  Eigen::Vector2i step;  // to the next column
+  int count = 0;         // columns between the ends
+  float near = 0;        // m, z, of the floors at its ends
+  float far = 0;
+
+  float lower() const { return std::min(near, far); }
+  double width(double voxel) const { return count * step.cast<double>().norm() * voxel; }
+  float HeightAt(int k) const {
+    return near + static_cast<float>(k) / static_cast<float>(count + 1) * (far - near);
+  }
+  uint32_t ColumnAt(int k, const FloorColumns& floor) const {
+    const Eigen::Vector2i at = from + k * step;
+    return floor.ColumnOf(at.x(), at.y());
+  }
+};
+
+// Calls fn(gap) for all of at most kGap along the grid's eight directions. False when cancelled on
+// the way.
+template <typename Fn>
+bool ForEachGap(const model::PlanningView& model, const FloorColumns& floor,
+                const parallel::Cancellation& cancelled, Fn fn) {
+  // Each line is walked from one of its ends only.
+  static const std::array<Eigen::Vector2i, 4> kLines = {
+      Eigen::Vector2i(1, 0), Eigen::Vector2i(0, 1), Eigen::Vector2i(1, 1), Eigen::Vector2i(1, -1)};
+  for (uint32_t column = 0; column < floor.columns(); ++column) {
+    if (column % kColumnsBetweenLooks == 0 && cancelled.Requested()) return false;
+    const Eigen::Vector2i from = floor.Voxel(column);
+    for (const Floor& near : floor.In(column)) {
+      for (const Eigen::Vector2i& step : kLines) {
+        const int most = static_cast<int>(kGap / (step.cast<double>().norm() * model.voxel_size()));
+        const Floor* far = nullptr;
+        int count = 0;
+        for (; count <= most; ++count) {
+          const Eigen::Vector2i at = from + (count + 1) * step;
+          if (!floor.Inside(at.x(), at.y())) break;
+          far = floor.Near(at.x(), at.y(), near.height, kMaxStep);
+          if (far != nullptr) break;
+        }
+        if (far != nullptr && count > 0) fn(Gap{from, step, count, near.height, far->height});
+      }
+    }
+  }
+  return true;
+}
+
 // Lines across a blind cone that cross at two heights, with no room between them, were laid over an
 // edge that hides what lies behind it: that is lower than the edge.
 void DropUpper(std::vector<PlacedFloor>& cones) {
@@ -224,43 +272,20 @@ std::optional<std::vector<PlacedFloor>> FloorAtWalls(const model::PlanningView& 
 std::optional<std::vector<PlacedFloor>> FloorBetween(const model::PlanningView& model,
                                                      const FloorColumns& floor,
                                                      const parallel::Cancellation& cancelled) {
-  // Each line is walked from one of its ends only.
-  static const std::array<Eigen::Vector2i, 4> kLines = {
-      Eigen::Vector2i(1, 0), Eigen::Vector2i(0, 1), Eigen::Vector2i(1, 1), Eigen::Vector2i(1, -1)};
   const RaisedStations raised(model, floor);
   std::vector<PlacedFloor> crossings;  // of shadows and lost rays
   std::vector<PlacedFloor> cones;      // of blind cones
-  for (uint32_t column = 0; column < floor.columns(); ++column) {
-    if (column % kColumnsBetweenLooks == 0 && cancelled.Requested()) return std::nullopt;
-    const Eigen::Vector2i from = floor.Voxel(column);
-    for (const Floor& near : floor.In(column)) {
-      for (const Eigen::Vector2i& step : kLines) {
-        const int most = static_cast<int>(kGap / (step.cast<double>().norm() * model.voxel_size()));
-        const Floor* far = nullptr;
-        int count = 0;  // columns in between
-        for (; count <= most; ++count) {
-          const Eigen::Vector2i at = from + (count + 1) * step;
-          if (!floor.Inside(at.x(), at.y())) break;
-          far = floor.Near(at.x(), at.y(), near.height, kMaxStep);
-          if (far != nullptr) break;
-        }
-        if (far == nullptr || count == 0 ||
-            !MayBeFloor(model, raised, from, step, count, std::min(near.height, far->height))) {
-          continue;
-        }
-        const bool narrow = count * step.cast<double>().norm() * model.voxel_size() <= kNarrow;
-        for (int k = 1; k <= count; ++k) {
-          const Eigen::Vector2i at = from + k * step;
-          const float share = static_cast<float>(k) / static_cast<float>(count + 1);
-          // Where there is a step in a narrow gap, it is nowhere higher than its upper side.
-          const float height = narrow ? std::max(near.height, far->height)
-                                      : near.height + share * (far->height - near.height);
-          (narrow ? crossings : cones)
-              .push_back({floor.ColumnOf(at.x(), at.y()), {height, FloorSource::kBetween}});
-        }
-      }
+  const bool all = ForEachGap(model, floor, cancelled, [&](const Gap& gap) {
+    if (!MayBeFloor(model, raised, gap.from, gap.step, gap.count, gap.lower())) return;
+    const bool narrow = gap.width(model.voxel_size()) <= kNarrow;
+    for (int k = 1; k <= gap.count; ++k) {
+      // Where there is a step in a narrow gap, it is nowhere higher than its upper side.
+      const float height = narrow ? std::max(gap.near, gap.far) : gap.HeightAt(k);
+      (narrow ? crossings : cones)
+          .push_back({gap.ColumnAt(k, floor), {height, FloorSource::kBetween}});
     }
-  }
+  });
+  if (!all) return std::nullopt;
   DropUpper(cones);
   crossings.insert(crossings.end(), cones.begin(), cones.end());
   std::vector<PlacedFloor> found;
@@ -272,6 +297,22 @@ std::optional<std::vector<PlacedFloor>> FloorBetween(const model::PlanningView& 
     found.push_back({column, {height, FloorSource::kBetween}});
   }
   return found;
+}
+
+std::optional<std::vector<PlacedFloor>> FloorInShadows(const model::PlanningView& model,
+                                                       const FloorColumns& floor,
+                                                       const parallel::Cancellation& cancelled) {
+  std::vector<PlacedFloor> crossings;
+  const bool all = ForEachGap(model, floor, cancelled, [&](const Gap& gap) {
+    for (int k = 1; k <= gap.count; ++k) {
+      if (OpenBelow(model, gap.from + k * gap.step, gap.lower())) return;
+    }
+    for (int k = 1; k <= gap.count; ++k) {
+      crossings.push_back({gap.ColumnAt(k, floor), {gap.HeightAt(k), FloorSource::kExpected}});
+    }
+  });
+  if (!all) return std::nullopt;
+  return MeanOfLines(std::move(crossings), kMaxStep);
 }
 
 }  // namespace vantage::planning

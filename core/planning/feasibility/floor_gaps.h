@@ -30,6 +30,13 @@ std::optional<std::vector<PlacedFloor>> FloorBetween(const model::PlanningView& 
                                                      const FloorColumns& floor,
                                                      const parallel::Cancellation& cancelled);
 
+// What is expected where floor lies in a shadow: that it goes on between floor at both ends of a
+// straight line of at most 2.5 m, where nothing shows that there is none. Good enough to walk over,
+// for who sees it before, and nothing to send anybody to.
+std::optional<std::vector<PlacedFloor>> FloorInShadows(const model::PlanningView& model,
+                                                       const FloorColumns& floor,
+                                                       const parallel::Cancellation& cancelled);
+
 }  // namespace vantage::planning
 
 #endif  // VANTAGE_CORE_PLANNING_FEASIBILITY_FLOOR_GAPS_H_

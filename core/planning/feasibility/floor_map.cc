@@ -52,6 +52,18 @@ FloorMap FloorMap::With(std::span<const ExpectedFloor> expected,
   return map;
 }
 
+absl::StatusOr<FloorMap> FloorMap::WithShadows(const model::PlanningView& model,
+                                               const parallel::Cancellation& cancelled) const {
+  const auto shadows = FloorInShadows(model, columns_, cancelled);
+  if (!shadows.has_value()) return absl::CancelledError("floor map");
+  FloorMap map = *this;
+  std::vector<PlacedFloor> placed = columns_.Placed();
+  placed.insert(placed.end(), shadows->begin(), shadows->end());
+  map.columns_.Assign(std::move(placed));
+  map.FindExtremes();
+  return map;
+}
+
 void FloorMap::FindExtremes() {
   for (const Floor& floor : columns_.floors()) {
     lowest_ = std::fmin(lowest_, floor.height);

@@ -39,6 +39,11 @@ class FloorMap {
   // `view`, whose bounds hold those of this map's model. Storeys stay as they are.
   FloorMap With(std::span<const ExpectedFloor> expected, const model::PlanningView& view) const;
 
+  // This map and the floor that is expected in shadows: what may be walked over. `model`: what is
+  // known. CANCELLED when that was requested on the way.
+  absl::StatusOr<FloorMap> WithShadows(const model::PlanningView& model,
+                                       const parallel::Cancellation& cancelled = {}) const;
+
   const FloorColumns& columns() const { return columns_; }
   const Storeys& storeys() const { return storeys_; }
 

@@ -169,9 +169,12 @@ absl::Status PlanningProblem::FindViews(const Common& common, Making& making,
   }
   known_ = *std::move(known);
   const Expectation& expected = *making.expectation;
-  auto feasible = FeasibleViews::FindExpected(
-      expected.standing(), known_.floor().With(expected.floors(), expected.view()),
-      common.scene ? grid() : *making.grid, known_, scanner_, config_, parallel, cancelled);
+  const FloorMap with_rooms = known_.floor().With(expected.floors(), expected.view());
+  const auto ways = with_rooms.WithShadows(model_, cancelled);
+  if (!ways.ok()) return During(PlanStage::kFeasible, ways.status());
+  auto feasible = FeasibleViews::FindExpected(expected.standing(), with_rooms, *ways,
+                                              common.scene ? grid() : *making.grid, known_,
+                                              scanner_, config_, parallel, cancelled);
   if (!feasible.ok()) return feasible.status();
   feasible_ = *std::move(feasible);
   return absl::OkStatus();

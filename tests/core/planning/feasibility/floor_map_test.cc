@@ -113,6 +113,51 @@ TEST_F(FloorGapTest, APitIsNotClosedAndNothingGrowsOverIt) {
   for (double x = 4.1; x < 4.95; x += 0.05) EXPECT_TRUE(FloorsAt(MapOf(scene), x, 2.5).empty());
 }
 
+// What lies in a shadow may be walked over, but nobody is sent to stand there: the room beyond is
+// reached, and no place over the shadow is offered.
+TEST_F(FloorGapTest, WaysGoOnInAShadowAndPlacesDoNot) {
+  const sensor::ScannerModel scanner;
+  const PlanningConfig config;
+  parallel::Serial serial;
+  for (const auto& [width, reached] : {std::pair{1.5, true}, {2.9, false}}) {
+    const test_support::ClosedFormScene scene = Strip(width, model::VoxelState::kFalseOcclusion);
+    const model::PlanningView model = test_support::BuildView(scene);
+    const FloorMap map = FloorMap::Find(model, std::nullopt).value();
+    const FloorMap ways = map.WithShadows(model).value();
+    for (uint32_t column = 0; column < map.columns().columns(); ++column) {
+      ASSERT_GE(ways.columns().In(column).size(), map.columns().In(column).size());
+    }
+    EXPECT_TRUE(FloorsAt(map, 4.7, 2.52).empty());
+    ASSERT_EQ(FloorsAt(ways, 4.7, 2.52).size(), reached ? 1u : 0u);
+    for (const Floor& floor : FloorsAt(ways, 4.7, 2.52)) {
+      EXPECT_EQ(floor.source, FloorSource::kExpected);
+    }
+    const visibility::OpaqueGrid grid(model);
+    const FeasibleViews known =
+        FeasibleViews::Find(model, map, grid, scanner, config, serial).value();
+    const FeasibleViews expected =
+        FeasibleViews::FindExpected(model, map, ways, grid, known, scanner, config, serial).value();
+    const Vector3d beyond(7.55, 2.55, 1.55);
+    EXPECT_EQ(known.IndexOf(known.CellOf(beyond)), -1);
+    EXPECT_EQ(expected.IndexOf(expected.CellOf(beyond)) >= 0, reached);
+    EXPECT_EQ(expected.IndexOf(expected.CellOf({4.75, 2.55, 1.55})), -1);
+  }
+}
+
+// Somebody who saw over an edge, and not its ground, has seen that there is no floor.
+TEST_F(FloorGapTest, NoWayLeadsOverADrop) {
+  test_support::ClosedFormScene scene = Room(2.7, Nothing);
+  Hide(scene, [](const Vector3d& p) { return p.z() < -0.25 && p.x() > 4 && p.x() < 5; });
+  const auto solid = scene.solid;
+  scene.solid = [=](const Vector3d& p) {
+    return solid(p) && !(p.x() > 4 && p.x() < 5 && p.z() < 0.1);
+  };
+  const model::PlanningView model = test_support::BuildView(scene);
+  const FloorMap map = FloorMap::Find(model, std::nullopt).value();
+  EXPECT_TRUE(FloorsAt(map, 4.5, 2.5).empty());
+  EXPECT_TRUE(FloorsAt(map.WithShadows(model).value(), 4.5, 2.5).empty());
+}
+
 TEST_F(FloorGapTest, NothingGrowsOutwardWhereTheFloorEnds) {
   test_support::ClosedFormScene scene = Room(2.7, Nothing);
   Hide(scene, [](const Vector3d& p) { return p.z() < 0 && p.x() > 4; });
