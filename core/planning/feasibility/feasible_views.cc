@@ -122,7 +122,7 @@ void FeasibleViews::RequireSeen(const visibility::OpaqueGrid& grid, const Feasib
 }
 
 // Who goes over floor that was not seen trusts that there is some, and has to find a good place at
-// the end: whether what hides it stands on the place itself is not trusted, too.
+// the end: not one on which what hides the floor may stand, and none beside an edge that hides it.
 void FeasibleViews::RequireSound(const ReachMap& direct, const FeasibleViews& known) {
   for (size_t r = 0; r < rows_.size(); ++r) {
     Row& row = rows_[r];
@@ -135,8 +135,8 @@ void FeasibleViews::RequireSound(const ReachMap& direct, const FeasibleViews& kn
           const CellIndex cell(cx, first_.y() + static_cast<int>(r), floor.first_cell + k);
           const Eigen::Vector3d centre = (cell.cast<double>().array() + 0.5) * cell_size_;
           if (direct.Reached(centre) || known.IndexOf(cell) >= 0) continue;
-          const bool sound =
-              !floor.between && (floor.expected || known.Why(cell) == Infeasibility::kUnreachable);
+          const bool sound = !floor.between && direct.Fits(centre) &&
+                             (floor.expected || known.Why(cell) == Infeasibility::kUnreachable);
           if (!sound) why = Infeasibility::kUnreachable;
         }
       }

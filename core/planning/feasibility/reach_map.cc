@@ -269,6 +269,11 @@ std::vector<ReachMap::WidestWay> ReachMap::FindWidestWays(const model::PlanningV
   return ways;
 }
 
+bool ReachMap::Fits(const Eigen::Vector3d& place) const {
+  const std::optional<uint32_t> node = nodes_.Under(place);
+  return node.has_value() && Passable(*node);
+}
+
 bool ReachMap::Reached(const Eigen::Vector3d& place) const {
   const std::optional<uint32_t> node = nodes_.Under(place);
   return node.has_value() && reached_[*node] != 0;

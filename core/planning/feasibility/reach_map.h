@@ -42,6 +42,9 @@ class ReachMap {
   const FloorNodes& nodes() const { return nodes_; }
   // True when the scanner fits with its axis at the middle of the node's column.
   bool Passable(uint32_t node) const { return clear_width_[node] >= width_; }
+  // True when the scanner fits over the floor under the place, whether it can be carried there or
+  // not.
+  bool Fits(const Eigen::Vector3d& place) const;
   // True when the scanner can be carried to the floor under the place.
   bool Reached(const Eigen::Vector3d& place) const;
   // Length of the shortest way there from the last station, m; absent when there is none.
