@@ -22,6 +22,10 @@ double WorthTo(const MemberRoutes& routes, uint32_t view, FleetRanking ranking) 
   return minutes.has_value() ? 1 / std::max(kLeastMinutes, *minutes) : 0;
 }
 
+double JointChoice::NearestTried() const {
+  return classes_.front().problem->feasible().cell_size();
+}
+
 JointChoice::JointChoice(std::vector<ScannerClass>& classes, std::vector<ClassedMember>& members,
                          RemainingGain& remaining, FleetRanking ranking,
                          const planning::PlanningConfig& config,
@@ -37,7 +41,8 @@ JointChoice::JointChoice(std::vector<ScannerClass>& classes, std::vector<Classed
       taken_(taken),
       given_(taken.size()),
       assigned_(members.size(), false),
-      done_after_(remaining.steps()) {
+      done_after_(remaining.steps()),
+      near_first_(NearestTried()) {
   record_.scanners = members.size();
   record_.by_minutes = ranking == FleetRanking::kScorePerMinute;
 }
@@ -79,15 +84,18 @@ void JointChoice::Fill(double apart) {
       if (!classes_[of].gains->Ranked(i)) continue;
       const double key = Key(of, i, classes_[of].gains->Value(i));
       if (!(key > 0)) continue;
-      const Eigen::Vector3d& at = classes_[of].views[i];
-      if (std::any_of(listed_.begin(), listed_.end(),
-                      [&](const Eigen::Vector3d& p) { return (p - at).norm() < apart; })) {
-        continue;
-      }
+      if (!near_first_.all() && Away(of, i) > near_first_.within()) continue;
+      if (NearListed(of, i, apart)) continue;
       entries.push_back({key, of, i});
     }
   }
   queue_ = std::priority_queue<Entry>(std::less<Entry>(), std::move(entries));
+}
+
+bool JointChoice::NearListed(size_t of, uint32_t view, double apart) const {
+  const Eigen::Vector3d& at = classes_[of].views[view];
+  return std::any_of(listed_.begin(), listed_.end(),
+                     [&](const Eigen::Vector3d& p) { return (p - at).norm() < apart; });
 }
 
 parallel::Budget JointChoice::Share(double share) const {
@@ -114,7 +122,18 @@ void JointChoice::Enqueue(size_t of, uint32_t view) {
   if (key > 0) queue_.push({key, of, view});
 }
 
+double JointChoice::Away(size_t of, uint32_t view) const {
+  const Eigen::Vector3d& at = classes_[of].views[view];
+  double away = std::numeric_limits<double>::infinity();
+  for (const model::Station& station : classes_[of].problem->model().stations()) {
+    away = std::min(away, (station.position - at).norm());
+  }
+  for (const Eigen::Vector3d& tripod : taken_) away = std::min(away, (tripod - at).norm());
+  return away;
+}
+
 bool JointChoice::RuledOut(size_t of, uint32_t view) const {
+  if (judged_.contains({of, view})) return false;
   const std::vector<Eigen::Vector3d>& views = classes_[of].views;
   return tried_out_.contains({of, view}) ||
          std::any_of(refusals_.begin(), refusals_.end(), [&](const Refusal& refusal) {
@@ -222,6 +241,7 @@ JointChoice::Fate JointChoice::Judge(const Entry& entry, const parallel::Budget&
     chosen.score = by_heading[verdict->heading];
   }
   if (!chosen.verdict.registered()) {
+    near_first_.Refused(Away(entry.of, entry.view));
     Refuse(chosen, *instead_of);
     return Fate::kOut;
   }
@@ -296,7 +316,10 @@ std::vector<JointChoice::Entry> JointChoice::StaleTop(const parallel::Budget& re
 
 std::optional<ChosenView> JointChoice::Next(double apart) {
   // The scanners before it may have taken the time; nobody is left without an answer for that.
-  if (listed_.empty()) budget_ = planning::WithTimeToAnswer(budget_);
+  if (listed_.empty()) {
+    budget_ = planning::WithTimeToAnswer(budget_);
+    near_first_ = NearFirst(NearestTried());
+  }
   Fill(apart);
   // The remaining share is for checks and, with one scanner, for further views.
   const parallel::Budget refining = Share(0.8);
@@ -307,7 +330,12 @@ std::optional<ChosenView> JointChoice::Next(double apart) {
     checking_until_ = rays_ + checking_until_ / 10;
   }
   bool spent = false;
-  while (!queue_.empty()) {
+  while (true) {
+    if (near_first_.Change(queue_.empty())) {
+      Fill(apart);
+      continue;
+    }
+    if (queue_.empty()) break;
     std::vector<Entry> stale = spent ? std::vector<Entry>() : StaleTop(refining);
     if (!stale.empty()) {
       spent = !Refresh(stale, refining);
@@ -315,8 +343,8 @@ std::optional<ChosenView> JointChoice::Next(double apart) {
       for (const Entry& entry : stale) Enqueue(entry.of, entry.view);
       continue;
     }
-    if (queue_.empty()) break;  // the rest was ruled out
-    const Entry top = queue_.top();
+    if (queue_.empty()) continue;  // the rest was ruled out
+    Entry top = queue_.top();
     queue_.pop();
     // From here on estimates from samples are good enough. A gain from before other views were
     // chosen is not, since those views may have taken it.
@@ -326,6 +354,11 @@ std::optional<ChosenView> JointChoice::Next(double apart) {
       case Fate::kOut:
         continue;
       case Fate::kStop:
+        if (const auto best = BestJudged(apart); best.has_value()) {
+          top = *best;
+          chosen = judged_.at({best->of, best->view});
+          break;
+        }
         return std::nullopt;
       case Fate::kPutBack:
         Enqueue(top.of, top.view);
@@ -333,16 +366,35 @@ std::optional<ChosenView> JointChoice::Next(double apart) {
       case Fate::kTaken:
         break;
     }
-    if (listed_.empty()) {
-      // The plan states the view's gain, so it is computed even when the share for refining is
-      // spent.
-      if (!classes_[top.of].gains->Fresh(top.view)) (void)Refresh({&top, 1}, budget_);
-      NoteExactness(chosen);
+    if (!near_first_.Take()) {
+      judged_[{top.of, top.view}] = chosen;
+      Fill(apart);
+      continue;
     }
-    listed_.push_back(classes_[top.of].views[top.view]);
+    List(top, chosen);
     return chosen;
   }
   return std::nullopt;
+}
+
+void JointChoice::List(const Entry& entry, const ChosenView& chosen) {
+  if (listed_.empty()) {
+    // The plan states the view's gain, so it is computed even when the share for refining is spent.
+    if (!classes_[entry.of].gains->Fresh(entry.view)) (void)Refresh({&entry, 1}, budget_);
+    NoteExactness(chosen);
+  }
+  listed_.push_back(classes_[entry.of].views[entry.view]);
+}
+
+std::optional<JointChoice::Entry> JointChoice::BestJudged(double apart) const {
+  std::optional<Entry> best;
+  for (const auto& [view, chosen] : judged_) {
+    const double key = Key(view.first, view.second, classes_[view.first].gains->Value(view.second));
+    if (!(key > 0) || NearListed(view.first, view.second, apart)) continue;
+    const Entry entry{key, view.first, view.second};
+    if (!best.has_value() || *best < entry) best = entry;
+  }
+  return best;
 }
 
 bool JointChoice::Commit(const ChosenView& chosen) {

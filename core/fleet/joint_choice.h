@@ -16,6 +16,7 @@
 #include "core/fleet/guarantee.h"
 #include "core/fleet/lazy_gains.h"
 #include "core/fleet/member_routes.h"
+#include "core/fleet/near_first.h"
 #include "core/fleet/pending_surface.h"
 #include "core/fleet/remaining_gain.h"
 #include "core/parallel/budget.h"
@@ -128,6 +129,13 @@ class JointChoice {
                                                       const parallel::Budget& trying);
   void Refuse(const ChosenView& view, std::span<Refusal* const> instead_of);
   void NoteExactness(const ChosenView& chosen);
+  double NearestTried() const;
+  bool NearListed(size_t of, uint32_t view, double apart) const;
+  // The best of those that were found to register, where no more can be judged.
+  std::optional<Entry> BestJudged(double apart) const;
+  void List(const Entry& entry, const ChosenView& chosen);
+  // From a view to the nearest tripod that has stood, stands or will stand somewhere, m.
+  double Away(size_t of, uint32_t view) const;
   // Removes views from the front of the queue that are not fresh, at most a batch.
   std::vector<Entry> StaleTop(const parallel::Budget& refining);
   // A share of the budget that is left, divided evenly among the scanners without a view.
@@ -150,6 +158,7 @@ class JointChoice {
   std::vector<ChosenView> refused_;
   std::vector<Refusal> refusals_;                    // in this round
   std::set<std::pair<size_t, uint32_t>> tried_out_;  // around doubtful ones, in this round
+  NearFirst near_first_;                             // in this round
   GreedyRecord record_;
   bool crowded_out_ = false;
   size_t checked_ = 0;

@@ -6,75 +6,21 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
-#include <memory>
-#include <string>
 #include <utility>
 #include <vector>
 
-#include "core/model/partial_model.h"
 #include "core/parallel/thread_pool.h"
-#include "core/planning/evaluate_view.h"
-#include "core/simulation/scenes/furnished_flat.h"
-#include "core/simulation/simulated_scanner.h"
+#include "tests/core/fleet/flat_job.h"
 
 namespace vantage::fleet {
 namespace {
-
-// A job in a flat, one scan after the other.
-class Job {
- public:
-  explicit Job(uint64_t seed) : scene_(simulation::FurnishedFlat(seed)) {
-    scanner_.azimuth_step = scanner_.elevation_step = sensor::Radians(0.4);
-    config_.station_basis = planning::StationBasis::kExpected;
-    config_.viewcell_size = 0.3;
-    budget_.work_limit = 6'000'000;
-    model_ = model::PartialModel::Create({}).value();
-  }
-  const std::vector<Eigen::Vector3d>& starts() const { return scene_.starts; }
-  void ScanFrom(const Eigen::Vector3d& position) {
-    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-    pose.translate(position);
-    sensor::Scan scan;
-    scan.scanner = scanner_;
-    scan.image = tracer_.Scan(scanner_, pose, simulation::ScanFaults{}, 1 + scans_, pool_);
-    ASSERT_TRUE(model_->Insert("scan" + std::to_string(scans_++), scan, pose, pool_).ok());
-    view_ = model_->Publish();
-  }
-  planning::Plan LookingAhead(parallel::Parallel& parallel) const {
-    const auto problem =
-        planning::PlanningProblem::Prepare({*view_, scanner_, config_}, parallel).value();
-    return MakePlanLookingAhead(*problem, budget_, parallel, [](const planning::Plan&) {});
-  }
-  planning::Plan ByScore(parallel::Parallel& parallel) const {
-    return planning::MakePlan(*view_, scanner_, config_, budget_, parallel,
-                              [](const planning::Plan&) {})
-        .value();
-  }
-  bool Registers(const Eigen::Vector3d& position) {
-    return planning::EvaluateView(*view_, scanner_, config_, position, pool_)
-        .value()
-        .view.verdict.registered();
-  }
-  parallel::ThreadPool& pool() { return pool_; }
-
- private:
-  const simulation::Scene scene_;
-  const simulation::SimulatedScanner tracer_{scene_.mesh};
-  sensor::ScannerModel scanner_;
-  planning::PlanningConfig config_;
-  parallel::Budget budget_;
-  parallel::ThreadPool pool_{2};
-  std::unique_ptr<model::PartialModel> model_;
-  std::shared_ptr<const model::PlanningView> view_;
-  size_t scans_ = 0;
-};
 
 TEST(LookAheadTest, TheRefusedViewRegistersOnceTheFirstIsScanned) {
   int enabled = 0;
   int kept = 0;
   for (uint64_t seed = 1; seed <= 8; ++seed) {
     SCOPED_TRACE(testing::Message() << "flat " << seed);
-    Job job(seed);
+    FlatJob job(seed);
     job.ScanFrom(job.starts()[0]);
     for (int scan = 0; scan < 4; ++scan) {
       const planning::Plan plan = job.LookingAhead(job.pool());
@@ -103,7 +49,7 @@ TEST(LookAheadTest, TheRefusedViewRegistersOnceTheFirstIsScanned) {
 TEST(LookAheadTest, MovesOneViewAtMost) {
   for (uint64_t seed = 1; seed <= 4; ++seed) {
     SCOPED_TRACE(testing::Message() << "flat " << seed);
-    Job job(seed);
+    FlatJob job(seed);
     job.ScanFrom(job.starts()[0]);
     const planning::Plan plan = job.LookingAhead(job.pool());
     planning::Plan by_score = job.ByScore(job.pool());
@@ -125,7 +71,7 @@ TEST(LookAheadTest, MovesOneViewAtMost) {
 }
 
 TEST(LookAheadTest, IsTheSameOnAnyNumberOfThreads) {
-  Job job(2);
+  FlatJob job(2);
   job.ScanFrom(job.starts()[0]);
   parallel::Serial serial;
   const planning::Plan one = job.LookingAhead(serial);
