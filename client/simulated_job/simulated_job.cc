@@ -85,7 +85,7 @@ SimulatedJob::Next SimulatedJob::NextAt(const v1::RankedView& view) {
   return next;
 }
 
-std::optional<SimulatedJob::Next> SimulatedJob::NextPosition(const v1::Plan& plan,
+std::optional<SimulatedJob::Next> SimulatedJob::NextPosition(const v1::Plan& plan, bool more_comes,
                                                              JobResult& result,
                                                              std::vector<std::string>& notes) {
   const v1::PlanResult& answer = plan.result();
@@ -105,7 +105,8 @@ std::optional<SimulatedJob::Next> SimulatedJob::NextPosition(const v1::Plan& pla
     result.why = absl::StrCat("the planner has no view to offer: ", answer.message());
     return std::nullopt;
   }
-  const v1::RankedView* nearest = surveyor_.NearestRefused(answer);
+  // Whose data are on their way fetches them before anybody goes where a scan is likely to be lost.
+  const v1::RankedView* nearest = more_comes ? nullptr : surveyor_.NearestRefused(answer);
   if (nearest == nullptr) {
     result.why = absl::StrCat("no view will register: ", answer.message());
     return std::nullopt;
@@ -138,7 +139,7 @@ absl::StatusOr<Cycle> SimulatedJob::Deliver(const OnItsWay& scan, JobResult& res
 }
 
 absl::StatusOr<std::optional<SimulatedJob::Next>> SimulatedJob::FindNext(
-    int number, Cycle& cycle, JobResult& result, std::vector<std::string>& notes) {
+    int number, bool more_comes, Cycle& cycle, JobResult& result, std::vector<std::string>& notes) {
   for (int refusals = 0; refusals <= kMostRefusals; ++refusals) {
     auto made_plan = surveyor_.Plan({}, v1::RANKING_UNSPECIFIED);
     if (!made_plan.ok()) return made_plan.status();
@@ -146,7 +147,7 @@ absl::StatusOr<std::optional<SimulatedJob::Next>> SimulatedJob::FindNext(
     cycle.plan_budget = made_plan->budget;
     cycle.plan_attempts = made_plan->attempts;
     cycle.plan_seconds += made_plan->seconds;
-    std::optional<Next> next = NextPosition(cycle.plan, result, notes);
+    std::optional<Next> next = NextPosition(cycle.plan, more_comes, result, notes);
     if (!next) return next;
     next->placement = surveyor_.At(next->position, number, next->heading);
     if (next->expected.has_value()) {
@@ -213,7 +214,8 @@ absl::StatusOr<JobResult> SimulatedJob::Run(
     // The plan is the last cycle's; where none came, it is in none.
     Cycle nobody;
     Cycle& cycle = cycles.empty() ? nobody : cycles.back();
-    absl::StatusOr<std::optional<Next>> next = FindNext(number + 1, cycle, result, notes);
+    absl::StatusOr<std::optional<Next>> next =
+        FindNext(number + 1, !on_their_way.empty(), cycle, result, notes);
     if (!next.ok()) return next.status();
     for (const Cycle& done : cycles) {
       if (absl::Status heard = on_cycle(done); !heard.ok()) return heard;
@@ -222,7 +224,7 @@ absl::StatusOr<JobResult> SimulatedJob::Run(
       // With the data that are still on their way there may be more to do.
       if (absl::Status heard = deliver_all(); !heard.ok()) return heard;
       result.planner_stopped = false;
-      next = FindNext(number + 1, nobody, result, notes);
+      next = FindNext(number + 1, false, nobody, result, notes);
       if (!next.ok()) return next.status();
     }
     if (!next->has_value()) return result;

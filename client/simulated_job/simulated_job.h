@@ -108,8 +108,9 @@ class SimulatedJob {
   };
   // Plans until there is a next place where somebody can stand, into `cycle`; nothing, with the
   // reason in `result`, when the job ends.
-  absl::StatusOr<std::optional<Next>> FindNext(int number, Cycle& cycle, JobResult& result,
-                                               std::vector<std::string>& notes);
+  // `more_comes`: the data of some scans are on their way.
+  absl::StatusOr<std::optional<Next>> FindNext(int number, bool more_comes, Cycle& cycle,
+                                               JobResult& result, std::vector<std::string>& notes);
   // Its data reach the server.
   absl::StatusOr<Cycle> Deliver(const OnItsWay& scan, JobResult& result);
 
@@ -117,7 +118,7 @@ class SimulatedJob {
                std::unique_ptr<const simulation::SimulatedScanner> scanner,
                parallel::Parallel& parallel);
   static Next NextAt(const v1::RankedView& view);
-  std::optional<Next> NextPosition(const v1::Plan& plan, JobResult& result,
+  std::optional<Next> NextPosition(const v1::Plan& plan, bool more_comes, JobResult& result,
                                    std::vector<std::string>& notes);
 
   const JobOptions options_;
