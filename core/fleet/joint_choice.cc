@@ -128,7 +128,6 @@ double JointChoice::Away(size_t of, uint32_t view) const {
   for (const model::Station& station : classes_[of].problem->model().stations()) {
     away = std::min(away, (station.position - at).norm());
   }
-  for (const Eigen::Vector3d& tripod : taken_) away = std::min(away, (tripod - at).norm());
   return away;
 }
 

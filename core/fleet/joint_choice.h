@@ -134,7 +134,8 @@ class JointChoice {
   // The best of those that were found to register, where no more can be judged.
   std::optional<Entry> BestJudged(double apart) const;
   void List(const Entry& entry, const ChosenView& chosen);
-  // From a view to the nearest tripod that has stood, stands or will stand somewhere, m.
+  // From a view to the nearest station of which there is a scan, m: what others will have seen is a
+  // guess.
   double Away(size_t of, uint32_t view) const;
   // Removes views from the front of the queue that are not fresh, at most a batch.
   std::vector<Entry> StaleTop(const parallel::Budget& refining);

@@ -9,21 +9,21 @@
 
 namespace vantage::fleet {
 
-// What gains most often lies too far from all tripods for a scan to be aligned. Where a dozen views
-// were refused and none registers, those are judged that lie half as far from the nearest tripod as
-// most of the refused ones; half of that after another dozen, and so on, until one registers. It is
-// taken unless one of a dozen up to twice as far is better. Where none registers near a tripod
-// either, the rest is judged, the best first.
+// What gains most often lies too far from all stations for a scan to be aligned. Where a dozen
+// views were refused and none registers, those are judged that lie half as far from the nearest
+// station as most of the refused ones; half of that after another dozen, and so on, until one
+// registers. It is taken unless one of a dozen up to twice as far is better. Where none registers
+// near a station either, the rest is judged, the best first.
 class NearFirst {
  public:
   // `least`: no nearer than this, m.
   explicit NearFirst(double least) : least_(least) {}
 
-  // Views nearer than this to a tripod are judged, m.
+  // Views nearer than this to a station are judged, m.
   double within() const { return within_; }
   bool all() const { return within_ == kAll; }
 
-  // A view so far from the nearest tripod (m) does not register.
+  // A view so far from the nearest station (m) does not register.
   void Refused(double away);
   // A view registers. True when it is to be taken; false when others are judged before: within()
   // has changed.
@@ -39,7 +39,7 @@ class NearFirst {
 
   double least_;
   double within_ = kAll;
-  std::vector<double> refused_;  // m, from a tripod
+  std::vector<double> refused_;  // m, from a station
   size_t dozen_ = 0;             // of those, since within_ changed
   bool found_ = false;           // one that registers, nearer than half of within_
   bool over_ = false;            // something was taken, or nothing is to be had nearer
