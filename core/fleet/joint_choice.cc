@@ -22,10 +22,6 @@ double WorthTo(const MemberRoutes& routes, uint32_t view, FleetRanking ranking) 
   return minutes.has_value() ? 1 / std::max(kLeastMinutes, *minutes) : 0;
 }
 
-double JointChoice::NearestTried() const {
-  return classes_.front().problem->feasible().cell_size();
-}
-
 JointChoice::JointChoice(std::vector<ScannerClass>& classes, std::vector<ClassedMember>& members,
                          RemainingGain& remaining, FleetRanking ranking,
                          const planning::PlanningConfig& config,
@@ -42,7 +38,7 @@ JointChoice::JointChoice(std::vector<ScannerClass>& classes, std::vector<Classed
       given_(taken.size()),
       assigned_(members.size(), false),
       done_after_(remaining.steps()),
-      near_first_(NearestTried()) {
+      near_first_(classes.front().problem->feasible().cell_size()) {
   record_.scanners = members.size();
   record_.by_minutes = ranking == FleetRanking::kScorePerMinute;
 }
@@ -132,6 +128,7 @@ double JointChoice::Away(size_t of, uint32_t view) const {
 }
 
 bool JointChoice::RuledOut(size_t of, uint32_t view) const {
+  // What was found to register stays, whatever was refused beside it since.
   if (judged_.contains({of, view})) return false;
   const std::vector<Eigen::Vector3d>& views = classes_[of].views;
   return tried_out_.contains({of, view}) ||
@@ -317,7 +314,7 @@ std::optional<ChosenView> JointChoice::Next(double apart) {
   // The scanners before it may have taken the time; nobody is left without an answer for that.
   if (listed_.empty()) {
     budget_ = planning::WithTimeToAnswer(budget_);
-    near_first_ = NearFirst(NearestTried());
+    near_first_.Restart();
   }
   Fill(apart);
   // The remaining share is for checks and, with one scanner, for further views.

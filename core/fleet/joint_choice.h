@@ -129,7 +129,6 @@ class JointChoice {
                                                       const parallel::Budget& trying);
   void Refuse(const ChosenView& view, std::span<Refusal* const> instead_of);
   void NoteExactness(const ChosenView& chosen);
-  double NearestTried() const;
   bool NearListed(size_t of, uint32_t view, double apart) const;
   // The best of those that were found to register, where no more can be judged.
   std::optional<Entry> BestJudged(double apart) const;

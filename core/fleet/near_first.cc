@@ -2,14 +2,9 @@
 
 #include <algorithm>
 
+#include "core/planning/ranking/registration_check.h"
+
 namespace vantage::fleet {
-namespace {
-
-// As in the check of a single plan's candidates: enough that it is no accident that all were
-// refused, and a fifth of max_checked's default.
-constexpr size_t kDozen = 12;
-
-}  // namespace
 
 void NearFirst::Refused(double away) {
   refused_.push_back(away);
@@ -33,7 +28,7 @@ bool NearFirst::Change(bool none_left) {
     within_ = kAll;
     return true;
   }
-  if (dozen_ < kDozen && (!none_left || all())) return false;
+  if (dozen_ < planning::kBestFirst && (!none_left || all())) return false;
   dozen_ = 0;
   if (found_) {
     within_ /= 2;

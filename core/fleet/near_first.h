@@ -19,6 +19,9 @@ class NearFirst {
   // `least`: no nearer than this, m.
   explicit NearFirst(double least) : least_(least) {}
 
+  // Forgets all refusals: another round begins.
+  void Restart() { *this = NearFirst(least_); }
+
   // Views nearer than this to a station are judged, m.
   double within() const { return within_; }
   bool all() const { return within_ == kAll; }

@@ -13,9 +13,7 @@ namespace vantage::planning {
 namespace {
 
 constexpr size_t kBatch = 4;  // candidates checked at a time, whatever the number of threads
-// So many of the best candidates are checked before views nearer to the stations: batches enough
-// that it is no accident that all were refused, and a fifth of max_checked's default.
-constexpr size_t kBestFirst = 3 * kBatch;
+static_assert(kBestFirst % kBatch == 0);
 
 class Checking {
  public:

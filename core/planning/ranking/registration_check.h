@@ -20,6 +20,10 @@ namespace vantage::planning {
 // The most views that are tried around a doubtful candidate.
 inline constexpr size_t kTriedAround = 16;
 
+// So many of the best candidates are checked before views nearer to the stations: enough that it is
+// no accident that all were refused, and a fifth of max_checked's default.
+inline constexpr size_t kBestFirst = 12;
+
 struct CheckedView {
   uint32_t view = 0;
   registration::RegistrationVerdict verdict;
