@@ -225,7 +225,9 @@ class JointPlanner {
     const planning::OrderedCells& cells = left_;
     const planning::ViewReport report(First());
     // Choosing needs about a quarter of the evaluation's time for every further scanner.
-    const double rounds = 0.8 / (1 + 0.25 * static_cast<double>(members_.size() - 1));
+    // Beside views that count as scanned, many are refused before one registers.
+    const double most = request_.pledged.empty() ? 0.8 : 0.4;
+    const double rounds = most / (1 + 0.25 * static_cast<double>(members_.size() - 1));
     bool any = false;
     joint_.plan.complete = true;
     for (size_t of = 0; of < classes_.size(); ++of) {
@@ -254,8 +256,8 @@ class JointPlanner {
       joint_.plan.complete = joint_.plan.complete && mine.evaluation.complete;
       mine.gains = std::make_unique<LazyGains>(mine.views, mine.problem->scoring().scorer(),
                                                *remaining_, mine.evaluation);
-      mine.pending_surface =
-          std::make_unique<PendingSurface>(*mine.problem, mine.problem->overlap());
+      mine.pending_surface = std::make_unique<PendingSurface>(
+          *mine.problem, mine.problem->overlap(), ExpectedRooms::kLeaveOut);
     }
     if (joint_.plan.complete) joint_.plan.confidence = 1;
     joint_.plan.score_map = planning::ScoreMap(classes_.front().evaluation, First().feasible());
@@ -552,6 +554,7 @@ class JointPlanner {
   void SetOutcome(JointChoice& choice) {
     planning::Plan& plan = joint_.plan;
     planning::Conclude(OutcomeOf(choice), plan);
+    planning::AddScansNotIn(request_.pledged.size(), plan);
     const MemberRoutes& first = members_.front().routes;
     if (Single() && first.reachable() < first.within_reach()) {
       planning::AddNoWayTo(first.within_reach() - first.reachable(), first.within_reach(), plan);

@@ -71,7 +71,7 @@ class Followers {
       if (!score.has_value()) return std::nullopt;
       best.score = std::max(best.score, *score);
     }
-    PendingSurface surface(problem_, problem_.overlap());
+    PendingSurface surface(problem_, problem_.overlap(), ExpectedRooms::kCount);
     for (const size_t i : refused_) {
       const RankedView& other = plan_.refused[i];
       const auto gained = ScoreAfter(other, remaining, rays);

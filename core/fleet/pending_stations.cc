@@ -55,7 +55,7 @@ absl::StatusOr<StationForecast> ForecastStation(
   uint64_t rays = 0;
   RemainingGain remaining(scoring.cells());
   remaining.TakeAll(before, problem.scene(), model.voxel_size(), budget, rays);
-  PendingSurface surface(problem, problem.overlap());
+  PendingSurface surface(problem, problem.overlap(), ExpectedRooms::kLeaveOut);
   std::vector<double> by_heading;
   const planning::Headings& headings = scoring.scorer().headings();
   const bool chosen = !headings.all_around() && !heading.has_value();

@@ -7,8 +7,8 @@
 namespace vantage::fleet {
 
 PendingSurface::PendingSurface(const planning::PlanningProblem& problem,
-                               const planning::OverlapSurface& overlap)
-    : problem_(problem), overlap_(overlap), at_(problem.patches().cells.size(), 0) {
+                               const planning::OverlapSurface& overlap, ExpectedRooms rooms)
+    : problem_(problem), overlap_(overlap), rooms_(rooms), at_(problem.patches().cells.size(), 0) {
   const planning::CellArrays& cells = problem.scoring().cells();
   for (uint32_t i = 0; i < cells.size(); ++i) at_[cells.cell[i]] = i;
 }
@@ -28,6 +28,7 @@ planning::CellArrays PendingSurface::Of(const RemainingGain& remaining,
     const bool opening = cell.expected || cell.kind == model::SurfaceKind::kOcclusion ||
                          cell.kind == model::SurfaceKind::kImage;
     if (!opening || cell.success < 1) continue;
+    if (cell.expected && rooms_ == ExpectedRooms::kLeaveOut) continue;
     // What a room is like of which only the doorway was seen is no guess to register by.
     const planning::Expectation* expectation = problem_.expectation();
     if (cell.expected && expectation != nullptr && expectation->OnlyGlimpsed(cell.voxel)) continue;

@@ -15,14 +15,18 @@
 
 namespace vantage::fleet {
 
+// The walls of a room that is expected behind a doorway through which some of it was seen. That is
+// a guess of what is not known at all: nobody is sent where a scan registers by it alone, but what
+// a first scan makes possible is foreseen by it.
+enum class ExpectedRooms { kLeaveOut, kCount };
+
 // The surface that pending scans, which are the steps of RemainingGain, are expected to add for
-// alignment. False surface that they see, and at which no attempt has failed yet, is taken for
-// surface, and so are the walls of a room that is expected behind a doorway through which some of
-// it was seen. That is a guess, since what lies behind it is unknown. Holes are left out, since
-// rays went in and none came back. References are kept.
+// alignment: false surface that they see, and at which no attempt has failed yet, is taken for
+// surface. Holes are left out, since rays went in and none came back. References are kept.
 class PendingSurface {
  public:
-  PendingSurface(const planning::PlanningProblem& problem, const planning::OverlapSurface& overlap);
+  PendingSurface(const planning::PlanningProblem& problem, const planning::OverlapSurface& overlap,
+                 ExpectedRooms rooms);
 
   struct Verdict {
     registration::RegistrationVerdict verdict;
@@ -46,6 +50,7 @@ class PendingSurface {
 
   const planning::PlanningProblem& problem_;
   const planning::OverlapSurface& overlap_;
+  const ExpectedRooms rooms_;
   std::vector<uint32_t> at_;  // by deficient cell: its index in the problem's scored cells
 };
 

@@ -1,5 +1,6 @@
 #include "core/planning/outcome.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -124,6 +125,19 @@ Plan StillEvaluating(Plan interim) {
 void AddNoWayTo(size_t without, size_t viewcells, Plan& plan) {
   absl::StrAppend(&plan.message, "; no way is known from where it stands to ", without, " of ",
                   viewcells, " viewcells");
+}
+
+void AddScansNotIn(size_t awaited, Plan& plan) {
+  if (awaited == 0 || plan.refused.empty()) return;
+  double most = 0;
+  for (const RankedView& refused : plan.refused) most = std::max(most, refused.score);
+  const double best = plan.views.empty() ? 0 : plan.views.front().score;
+  if (most <= 2 * best) return;
+  absl::StrAppend(&plan.message, "; the scans of ", awaited,
+                  awaited == 1 ? " claimed view or station is" : " claimed views or stations are",
+                  " not in yet, and views that score ",
+                  best > 0 ? absl::StrFormat("%.1f times as much", most / best) : "more",
+                  " do not register without: bring their data first if you can");
 }
 
 void EndWithoutEvaluation(Outcome outcome, Plan& plan) {

@@ -59,6 +59,9 @@ void Conclude(Outcome outcome, Plan& plan);
 Plan StillEvaluating(Plan interim);
 // What is added where no way is known from the scanner to `without` of so many viewcells.
 void AddNoWayTo(size_t without, size_t viewcells, Plan& plan);
+// What is added where so many claimed views and stations count as scanned, and what scores more
+// than twice as much as the plan's first view does not register.
+void AddScansNotIn(size_t awaited, Plan& plan);
 // The outcome of a plan that has nothing to say of when to stop.
 void EndWithoutEvaluation(Outcome outcome, Plan& plan);
 // The plan of a problem that was not prepared: the budget ended in `step` of

@@ -58,10 +58,9 @@ class FlatJob {
     return MakeJointPlan(*view_, request, config_, budget_, pool_, [](const planning::Plan&) {})
         .value();
   }
-  bool Registers(const Eigen::Vector3d& position) {
-    return planning::EvaluateView(*view_, scanner_, config_, position, pool_)
-        .value()
-        .view.verdict.registered();
+  // The prediction of a scan from there.
+  registration::RegistrationVerdict Verdict(const Eigen::Vector3d& position) {
+    return planning::EvaluateView(*view_, scanner_, config_, position, pool_).value().view.verdict;
   }
   const sensor::ScannerModel& scanner() const { return scanner_; }
   parallel::ThreadPool& pool() { return pool_; }

@@ -358,7 +358,7 @@ TEST_F(JointPlanTest, AViewWaitsForTheScansThatItNeedsAndNoOthers) {
   test_support::PlanningProblem problem(
       std::make_shared<model::PlanningView>(test_support::BuildView(Room(2))), config_);
   const planning::BruteForceScorer& scorer = problem.scoring->scorer();
-  PendingSurface expected(*problem.problem, problem.problem->overlap());
+  PendingSurface expected(*problem.problem, problem.problem->overlap(), ExpectedRooms::kLeaveOut);
   const auto best = std::max_element(
       problem.views.begin(), problem.views.end(), [&](const auto& a, const auto& b) {
         return scorer.Score(a, problem.scoring->cells(), parallel::Budget::Unlimited()).score <

@@ -37,7 +37,7 @@ TEST(LookAheadTest, TheRefusedViewRegistersOnceTheFirstIsScanned) {
       EXPECT_FALSE(refused.verdict.registered());
       job.ScanFrom(first.position);
       ++enabled;
-      kept += job.Registers(refused.position) ? 1 : 0;
+      kept += job.Verdict(refused.position).registered() ? 1 : 0;
     }
   }
   std::printf("%d of %d refused views register after the first\n", kept, enabled);
