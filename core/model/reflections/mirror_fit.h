@@ -42,6 +42,12 @@ size_t ComeBack(std::span<const MirrorWitness> witnesses, const ReflectingPlane&
 ReflectingPlane Straighten(std::span<const MirrorWitness> witnesses, const ReflectingPlane& plane,
                            const std::vector<Eigen::Vector3d>& behind);
 
+// From a straightened plane on, by least squares on what one scan measured. The search goes by
+// steps, and planes half a degree from a mirror's may bring as many points back to within its
+// tolerance; the regions that they show then break up.
+ReflectingPlane Fit(const ReturnTest& own, const ReflectingPlane& plane,
+                    const std::vector<Eigen::Vector3d>& behind);
+
 // Sets the depth behind which returns are questioned to lie behind the wall on which the mirror
 // hangs, since that wall goes on around the mirror and is real. `points` were seen by way of the
 // mirror.

@@ -6,6 +6,18 @@
 
 namespace vantage::model {
 
+std::optional<ReturnTest::Measured> ReturnTest::MeasuredTowards(
+    const Eigen::Vector3d& point) const {
+  const AngularAxis::Position a = surface_.azimuth().Locate(std::atan2(point.y(), point.x()));
+  const AngularAxis::Position e =
+      surface_.elevation().Locate(std::atan2(point.z(), point.head<2>().norm()));
+  if (!a.inside || !e.inside || !surface_.Returned(a.nearest(), e.nearest())) return std::nullopt;
+  const Measured measured{Point(a.nearest(), e.nearest()),
+                          NormalAround(surface_, a.nearest(), e.nearest())};
+  if (measured.normal.squaredNorm() < 0.5) return std::nullopt;
+  return measured;
+}
+
 Back ReturnTest::Compare(const Eigen::Vector3d& point, double agreement) const {
   const double clearly_empty = WellBehind();  // m before what was measured there
   // m: where depths around differ by more, nothing can be said. More than a chair or a shelf is

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/model/scan/range_surface.h"
@@ -112,6 +113,13 @@ class ReturnTest {
     return Compare(back + shift, agreement_) != Back::kAgrees ||
            Compare(back - shift, agreement_) != Back::kAgrees;
   }
+
+  // What the scan measured in the direction of a point.
+  struct Measured {
+    Eigen::Vector3d point;   // m, scanner's frame
+    Eigen::Vector3d normal;  // unit, of the surface around it
+  };
+  std::optional<Measured> MeasuredTowards(const Eigen::Vector3d& point) const;
 
   // A point against what the scan measured in its direction, to within `agreement` (m).
   Back Compare(const Eigen::Vector3d& point, double agreement) const;

@@ -100,7 +100,7 @@ class Judgement {
 
   // The regions of cells that have the shape of reflections in a mirror, to be told by what other
   // scans measured. `roughly`: without a look at their borders.
-  std::vector<SuspectedRegion> Suspected(bool roughly) {
+  std::vector<SuspectedRegion> Suspected(bool roughly, Hangs hangs) {
     FindLevel();
     FindFloor();
     MarkWhatGoesThrough();
@@ -112,7 +112,7 @@ class Judgement {
         if (!InQuestion(Index({c, r})) || seen[Index({c, r})] != 0) continue;
         SuspectedRegion region{Gather({c, r}, 1, seen), std::nullopt};
         if (!IsLarge(region.cells)) continue;
-        if (!roughly && !EndsLikeAMirror(region)) continue;
+        if (!roughly && !EndsLikeAMirror(region, hangs)) continue;
         suspected.push_back(std::move(region));
       }
     }
@@ -366,6 +366,7 @@ class Judgement {
     return BreaksOff(border) && static_cast<double>(border.broken) >= kLeastEdge * width;
   }
 
+  static constexpr double kAlong = 0.1;   // cosine to the plane's normal: six degrees
   static constexpr double kLevel = 0.95;  // cosine: 18 degrees, since the scanner may lean
   static constexpr std::array<std::pair<int, int>, 4> kBeside = {
       {{-1, 0}, {1, 0}, {0, -1}, {0, 1}}};
@@ -462,6 +463,32 @@ class Judgement {
     }
   }
 
+  // True for a wall at right angles to the plane that goes on from before it to behind it. Like a
+  // floor it is where its own reflection would be: beside a wardrobe that stands at a side wall one
+  // cannot tell that wall from its image.
+  bool RunsAlong(const ScanCell& cell) const {
+    if (role_[Index(cell)] != Role::kGoesThrough || BackOf(cell) != Back::kAgrees) return false;
+    const Eigen::Vector3d normal =
+        NormalAround(surface_, cell.column * stride_, cell.row * stride_);
+    return std::abs(normal.dot(plane_.normal)) < kAlong;
+  }
+  // Adds such walls left and right of the cells of a region, and floor and ceiling at them.
+  void AddAlong(std::vector<ScanCell>& region) {
+    const size_t all = region.size();
+    for (size_t i = 0; i < all; ++i) {
+      for (const int dc : {-1, 1}) {
+        ScanCell at = region[i];
+        for (auto next = Beside(at, dc, 0); next && RunsAlong(*next) && Connected(at, dc, 0);
+             next = Beside(at, dc, 0)) {
+          at = *next;
+          role_[Index(at)] = Role::kNone;
+          region.push_back(at);
+        }
+      }
+    }
+    AddLevel(region);
+  }
+
   // True when a region is as large as a mirror, and is hardly contradicted.
   bool IsLarge(const std::vector<ScanCell>& region) const {
     const size_t stands_for = static_cast<size_t>(stride_) * static_cast<size_t>(stride_);
@@ -477,13 +504,14 @@ class Judgement {
   // and far more often than it goes on to real surface, also to that of an opening's reveals. What
   // stands before the plane, and what is seen past furniture's edge, says nothing. Completes the
   // region.
-  bool EndsLikeAMirror(SuspectedRegion& region) {
+  bool EndsLikeAMirror(SuspectedRegion& region, Hangs hangs) {
     AddLevel(region.cells);
     std::vector<uint8_t> in_region(back_.size(), 0);
     for (const ScanCell& cell : region.cells) in_region[Index(cell)] = 1;
     size_t broken = 0;
     size_t through = 0;
     size_t reveal = 0;
+    size_t along = 0;
     for (const ScanCell& cell : region.cells) {
       for (const auto& [dc, dr] : kBeside) {
         const std::optional<ScanCell> beside = Beside(cell, dc, dr);
@@ -497,7 +525,8 @@ class Judgement {
           }
         } else if (IsReal(*beside)) {
           if (IsReveal(*beside, dc, dr)) ++reveal;
-          if (Connected(cell, dc, dr)) ++through;
+          if (Connected(cell, dc, dr))
+            ++(hangs == Hangs::kOnFurniture && RunsAlong(*beside) ? along : through);
         }
       }
     }
@@ -507,8 +536,15 @@ class Judgement {
     if (static_cast<double>(broken) < kLeastEdge * width || !ShowsReveals(region.cells))
       return false;
     if (FloorGoesThrough(region.cells, in_region)) return false;
+    // A wall that runs along takes one of four sides from a mirror, and leaves it one that ends in
+    // the plane at least. Where it is at more of the border, there is a real space beside
+    // furniture.
+    constexpr double kMostAlong = 1.4;
+    if (Share(along, broken) > kMostAlong) return false;
     region.wall = WallAround(region.cells, in_region);
-    return !region.wall || !plane_.IsRecessed(*region.wall);
+    if (region.wall && plane_.IsRecessed(*region.wall)) return false;
+    if (hangs == Hangs::kOnFurniture) AddAlong(region.cells);
+    return true;
   }
 
   // True when a narrow surface behind the plane goes on to what lies in the plane.
@@ -719,12 +755,13 @@ std::vector<ScanCell> FindReflections(const RangeSurface& surface, const Reflect
 }
 
 bool MayHaveReflections(const RangeSurface& surface, const ReflectingPlane& plane, int stride) {
-  return !Judgement(surface, plane, stride).Suspected(true).empty();
+  return !Judgement(surface, plane, stride).Suspected(true, Hangs::kOnWall).empty();
 }
 
 std::vector<SuspectedRegion> FindSuspectedReflections(const RangeSurface& surface,
-                                                      const ReflectingPlane& plane, int stride) {
-  std::vector<SuspectedRegion> regions = Judgement(surface, plane, stride).Suspected(false);
+                                                      const ReflectingPlane& plane, int stride,
+                                                      Hangs hangs) {
+  std::vector<SuspectedRegion> regions = Judgement(surface, plane, stride).Suspected(false, hangs);
   for (SuspectedRegion& region : regions) {
     for (ScanCell& cell : region.cells) cell = {cell.column * stride, cell.row * stride};
   }

@@ -24,10 +24,15 @@ struct SuspectedRegion {
   std::vector<ScanCell> cells;          // of every `stride`-th column and row
   std::optional<Eigen::Vector3d> wall;  // a point of the wall around it, m, scanner's frame
 };
+// What a mirror hangs on. Beside a door of a wardrobe, which stands out from its wall, a side wall
+// that goes on in what the door shows says nothing; beside an opening in a wall it says that rooms
+// are real.
+enum class Hangs { kOnWall, kOnFurniture };
 // Of an upright plane that does not reflect by what the scan alone tells: the regions that end like
 // reflections in it; and, judged more roughly, whether there may be any.
 std::vector<SuspectedRegion> FindSuspectedReflections(const RangeSurface& surface,
-                                                      const ReflectingPlane& plane, int stride);
+                                                      const ReflectingPlane& plane, int stride,
+                                                      Hangs hangs);
 bool MayHaveReflections(const RangeSurface& surface, const ReflectingPlane& plane, int stride);
 
 }  // namespace vantage::model

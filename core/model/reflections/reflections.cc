@@ -32,10 +32,17 @@ std::optional<ReflectingPlane> Between(const ReturnTest& tester, const ScanPlane
   return plane;
 }
 
+// By least squares and by steps: the likelier one is judged, and where it tells nothing, what the
+// other shows may be suspected as well.
+struct PlaneOnWall {
+  ReflectingPlane plane;
+  std::optional<ReflectingPlane> other;
+};
+
 // The plane, among a measured one and those up to a decimetre in front of it, that reflects most of
 // the points behind it onto measured surface. A mirror hangs on its wall, with a frame.
-std::optional<ReflectingPlane> OnWall(const ReturnTest& tester, const ScanPlane& wall,
-                                      const std::vector<ScanCell>& sample) {
+std::optional<PlaneOnWall> OnWall(const ReturnTest& tester, const ScanPlane& wall,
+                                  const std::vector<ScanCell>& sample) {
   // Cells, a degree or more apart; this many are two tenths of a square metre two metres away.
   constexpr size_t kEnough = 20;
   constexpr size_t kMost = 400;   // that are looked at: a share of them is off by 2.5 %, one sigma
@@ -63,10 +70,17 @@ std::optional<ReflectingPlane> OnWall(const ReturnTest& tester, const ScanPlane&
     most = agree;
     best = plane;
   }
-  if (!best || !best->IsUpright()) return best;
-  ReflectingPlane mirror = Straighten(own, *best, looked_at);
-  StartPastItsWall({wall}, looked_at, mirror);
-  return mirror;
+  if (!best) return std::nullopt;
+  if (!best->IsUpright()) return PlaneOnWall{*best, std::nullopt};
+  ReflectingPlane straight = Straighten(own, *best, looked_at);
+  ReflectingPlane fitted = Fit(tester, straight, looked_at);
+  // Steps go where most come back by chance, too; where a tenth fewer do, least squares went
+  // astray.
+  const bool astray = 10 * ComeBack(own, fitted, looked_at, tester.Closely()) <
+                      9 * ComeBack(own, straight, looked_at, tester.Closely());
+  StartPastItsWall({wall}, looked_at, straight);
+  StartPastItsWall({wall}, looked_at, fitted);
+  return astray ? PlaneOnWall{straight, fitted} : PlaneOnWall{fitted, straight};
 }
 
 // The share of the sampled cells that agree, less the share that contradicts; 0 below one half.
@@ -119,6 +133,7 @@ struct Candidate {
   double support;
   ReflectingPlane plane;
   bool scattered;  // its regions may be too ragged for the coarse judgement
+  std::optional<ReflectingPlane> other = std::nullopt;  // as PlaneOnWall::other
 };
 
 // The best score comes first.
@@ -141,8 +156,8 @@ std::vector<Candidate> FindCandidates(const RangeSurface& surface, int stride,
       constexpr double kBeforeAllOthers = 1e6;
       candidates.push_back({kBeforeAllOthers * plane.area, itself, true});
     }
-    if (const std::optional<ReflectingPlane> on_wall = OnWall(tester, plane, sample)) {
-      candidates.push_back({plane.area, *on_wall, false});
+    if (const std::optional<PlaneOnWall> on_wall = OnWall(tester, plane, sample)) {
+      candidates.push_back({plane.area, on_wall->plane, false, on_wall->other});
     }
     for (const ScanPlane& other : planes) {
       std::optional<ReflectingPlane> between = Between(tester, plane, other);
@@ -237,7 +252,9 @@ Reflections EndAndSuspectReflections(OpenRangeSurface& surface, parallel::Parall
   const std::vector<std::vector<ScanCell>> told = EndReflectionsIn(judged, surface, parallel);
   std::vector<ReflectingPlane> untold;
   for (size_t i = 0; i < judged.size(); ++i) {
-    if (told[i].empty()) untold.push_back(judged[i].plane);
+    if (!told[i].empty()) continue;
+    untold.push_back(judged[i].plane);
+    if (judged[i].other) untold.push_back(*judged[i].other);
   }
   return {MakeReflectors(surface, judged, told), FindSuspects(surface, untold, parallel)};
 }

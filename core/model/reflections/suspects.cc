@@ -91,6 +91,7 @@ std::vector<std::vector<Eigen::Vector3d>> PartsBehind(const RangeSurface& surfac
 
 struct PlaneOfPart {
   ReflectingPlane plane;
+  Hangs hangs;
   size_t cells;  // of the part, that were looked at
 };
 
@@ -101,6 +102,7 @@ std::vector<PlaneOfPart> BeforeWall(const RangeSurface& surface, const ReturnTes
   constexpr size_t kLeastPoints = 8;  // a degree or more apart: as of reflection_regions.cc
   constexpr double kDeepest = 0.75;   // m: wardrobes are 0.6 m deep, and stand off their wall
   constexpr double kStep = 0.03;      // m: half the agreement, since it counts twice
+  constexpr double kFurniture = 0.3;  // m: thicker than walls between rooms are, by half
   std::vector<PlaneOfPart> found;
   if (!ReflectingPlane{wall.normal, wall.distance}.IsUpright()) return found;
   for (const std::vector<Eigen::Vector3d>& part : PartsBehind(surface, tester, wall, stride)) {
@@ -120,19 +122,24 @@ std::vector<PlaneOfPart> BeforeWall(const RangeSurface& surface, const ReturnTes
       best = plane;
     }
     if (!best) continue;
-    ReflectingPlane mirror = Straighten(own, *best, points);
-    StartPastItsWall({wall}, points, mirror);
-    found.push_back({mirror, part.size()});
+    ReflectingPlane straight = Straighten(own, *best, points);
+    ReflectingPlane fitted = Fit(tester, straight, points);
+    const Hangs hangs =
+        wall.distance - best->distance > kFurniture ? Hangs::kOnFurniture : Hangs::kOnWall;
+    for (ReflectingPlane* mirror : {&fitted, &straight}) {
+      StartPastItsWall({wall}, points, *mirror);
+      found.push_back({*mirror, hangs, part.size()});
+    }
   }
   return found;
 }
 
 // The planes that are looked at: those that reflect parts behind walls, the largest part first, and
 // `untold`.
-std::vector<ReflectingPlane> PlanesToLookAt(const RangeSurface& surface,
-                                            const std::vector<ReflectingPlane>& untold, int stride,
-                                            parallel::Parallel& parallel) {
-  constexpr size_t kMost = 32;  // each costs a look at the whole scan
+std::vector<PlaneOfPart> PlanesToLookAt(const RangeSurface& surface,
+                                        const std::vector<ReflectingPlane>& untold, int stride,
+                                        parallel::Parallel& parallel) {
+  constexpr size_t kMost = 48;  // each costs a look at the whole scan
   const std::vector<ScanPlane> walls = FindScanPlanes(surface, kMostPlanes, parallel);
   const ReturnTest tester(surface);
   std::vector<std::vector<PlaneOfPart>> by_wall(walls.size());
@@ -144,20 +151,21 @@ std::vector<ReflectingPlane> PlanesToLookAt(const RangeSurface& surface,
   }
   std::stable_sort(of_parts.begin(), of_parts.end(),
                    [](const PlaneOfPart& a, const PlaneOfPart& b) { return a.cells > b.cells; });
-  std::vector<ReflectingPlane> planes;
-  const auto add = [&planes](const ReflectingPlane& plane) {
+  std::vector<PlaneOfPart> planes;
+  const auto add = [&planes](const PlaneOfPart& of_part) {
+    const ReflectingPlane& plane = of_part.plane;
     // One and a half of Straighten()'s steps: 0.36 degrees and 1.5 cm.
-    const auto same = [&plane](const ReflectingPlane& other) {
-      return other.normal.dot(plane.normal) > 0.99998 &&
-             std::abs(other.distance - plane.distance) < 0.015;
+    const auto same = [&plane](const PlaneOfPart& other) {
+      return other.plane.normal.dot(plane.normal) > 0.99998 &&
+             std::abs(other.plane.distance - plane.distance) < 0.015;
     };
     if (planes.size() < kMost && plane.IsUpright() &&
         std::none_of(planes.begin(), planes.end(), same)) {
-      planes.push_back(plane);
+      planes.push_back(of_part);
     }
   };
-  for (const PlaneOfPart& of_part : of_parts) add(of_part.plane);
-  for (const ReflectingPlane& plane : untold) add(plane);
+  for (const PlaneOfPart& of_part : of_parts) add(of_part);
+  for (const ReflectingPlane& plane : untold) add({plane, Hangs::kOnWall, 0});
   return planes;
 }
 
@@ -169,15 +177,15 @@ std::vector<SuspectedReflector> FindSuspects(const RangeSurface& surface,
   constexpr size_t kMostSuspects = 8;  // of a scan: each is asked of all others
   const int stride = StrideOf(surface, kCoarse);
   const int fine = StrideOf(surface, kFine);
-  const std::vector<ReflectingPlane> planes = PlanesToLookAt(surface, untold, stride, parallel);
+  const std::vector<PlaneOfPart> planes = PlanesToLookAt(surface, untold, stride, parallel);
   std::vector<std::vector<SuspectedRegion>> regions(planes.size());
   parallel.For(planes.size(), [&](size_t i) {
-    if (!MayHaveReflections(surface, planes[i], stride)) return;
-    regions[i] = FindSuspectedReflections(surface, planes[i], fine);
+    if (!MayHaveReflections(surface, planes[i].plane, stride)) return;
+    regions[i] = FindSuspectedReflections(surface, planes[i].plane, fine, planes[i].hangs);
   });
   std::vector<RegionIn> found;
   for (size_t i = 0; i < planes.size(); ++i) {
-    for (const SuspectedRegion& region : regions[i]) found.push_back({&planes[i], &region});
+    for (const SuspectedRegion& region : regions[i]) found.push_back({&planes[i].plane, &region});
   }
   std::stable_sort(found.begin(), found.end(), [](const RegionIn& a, const RegionIn& b) {
     return a.region->cells.size() > b.region->cells.size();
