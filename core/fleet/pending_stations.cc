@@ -1,6 +1,8 @@
 #include "core/fleet/pending_stations.h"
 
 #include <cmath>
+#include <cstdint>
+#include <numeric>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -45,8 +47,9 @@ absl::StatusOr<StationForecast> ForecastStation(
   if (heading.has_value() && !std::isfinite(*heading)) {
     return absl::InvalidArgumentError("heading must be finite (rad)");
   }
-  // Model gain is of what is known: nothing is expected beyond it.
-  config.station_basis = planning::StationBasis::kKnown;
+  // Somebody stood there, whatever a plan may count on: beyond an opening it is free as expected.
+  // Model gain is of what is known all the same.
+  config.station_basis = planning::StationBasis::kExpected;
   const auto prepared = planning::PlanningProblem::Prepare({model, scanner, config}, parallel);
   if (!prepared.ok()) return prepared.status();
   const planning::PlanningProblem& problem = **prepared;
@@ -73,9 +76,13 @@ absl::StatusOr<StationForecast> ForecastStation(
   const planning::Sector sector(scanner,
                                 chosen ? std::optional(headings.Angle(judged->heading)) : heading);
   std::vector<float> by_cell(gains.size());
-  const planning::ViewScore score = scoring.scorer().ScoreCells(position, gains, budget, by_cell);
-  forecast.model_gain =
-      sector.everything() ? score.score : planning::KeepSector(sector, position, gains, by_cell);
+  scoring.scorer().ScoreCells(position, gains, budget, by_cell);
+  for (uint32_t i = 0; i < by_cell.size(); ++i) {
+    if (problem.patches().cells[gains.cell[i]].expected) by_cell[i] = 0;
+  }
+  forecast.model_gain = sector.everything()
+                            ? std::accumulate(by_cell.begin(), by_cell.end(), 0.0)
+                            : planning::KeepSector(sector, position, gains, by_cell);
   forecast.registers = judged->verdict.registered();
   forecast.waits = !judged->waits_for.empty();
   if (!forecast.registers) {

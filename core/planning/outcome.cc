@@ -133,9 +133,10 @@ void AddScansNotIn(size_t awaited, Plan& plan) {
   for (const RankedView& refused : plan.refused) most = std::max(most, refused.score);
   const double best = plan.views.empty() ? 0 : plan.views.front().score;
   if (most <= 2 * best) return;
-  absl::StrAppend(&plan.message, "; the scans of ", awaited,
-                  awaited == 1 ? " claimed view or station is" : " claimed views or stations are",
-                  " not in yet, and views that score ",
+  const std::string whose =
+      awaited == 1 ? "the scan of a claimed view or station is"
+                   : absl::StrCat("the scans of ", awaited, " claimed views or stations are");
+  absl::StrAppend(&plan.message, "; ", whose, " not in yet, and views that score ",
                   best > 0 ? absl::StrFormat("%.1f times as much", most / best) : "more",
                   " do not register without: bring their data first if you can");
 }

@@ -12,6 +12,7 @@
 
 #include "core/fleet/joint_plan.h"
 #include "core/fleet/look_ahead.h"
+#include "core/fleet/pending_stations.h"
 #include "core/model/partial_model.h"
 #include "core/parallel/thread_pool.h"
 #include "core/planning/evaluate_view.h"
@@ -61,6 +62,9 @@ class FlatJob {
   // The prediction of a scan from there.
   registration::RegistrationVerdict Verdict(const Eigen::Vector3d& position) {
     return planning::EvaluateView(*view_, scanner_, config_, position, pool_).value().view.verdict;
+  }
+  StationForecast Forecast(const Eigen::Vector3d& position) {
+    return ForecastStation(*view_, scanner_, config_, position, {}, {}, pool_).value();
   }
   const sensor::ScannerModel& scanner() const { return scanner_; }
   parallel::ThreadPool& pool() { return pool_; }

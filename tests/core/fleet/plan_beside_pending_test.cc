@@ -42,6 +42,25 @@ TEST(PlanBesidePendingTest, FindsAViewThatRegisters) {
   EXPECT_GT(told, 0);
 }
 
+// A station in a room that is expected should bring of what is known what the plan said, and
+// registers as it said.
+TEST(PlanBesidePendingTest, AStationWhereAPlanSentSomebodyBringsWhatThePlanSaid) {
+  int expected = 0;
+  for (uint64_t seed = 1; seed <= 4; ++seed) {
+    SCOPED_TRACE(testing::Message() << "flat " << seed);
+    FlatJob job(seed);
+    job.ScanFrom(job.starts()[0]);
+    for (const planning::RankedView& view : job.ByScore(job.pool()).views) {
+      if (!view.model_gain.has_value()) continue;
+      const StationForecast forecast = job.Forecast(view.position);
+      EXPECT_TRUE(forecast.registers) << forecast.why_not;
+      EXPECT_NEAR(forecast.model_gain, *view.model_gain, 0.05 + 0.01 * *view.model_gain);
+      expected += view.expected.has_value() ? 1 : 0;
+    }
+  }
+  EXPECT_GT(expected, 0);
+}
+
 // Where the data of each scan come when the next one has been made, that one registers: by what is
 // known then, not by what was guessed of a room that nobody had seen.
 TEST(PlanBesidePendingTest, WhatIsPlannedBesideAStationRegistersWhenItsScanIsIn) {
