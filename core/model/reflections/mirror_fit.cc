@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 
@@ -24,9 +23,9 @@ std::optional<Eigen::Vector3d> MeanCrossing(const ReflectingPlane& plane,
 }
 
 // One step of least squares (Gauss and Newton) towards the plane that reflects points onto the
-// surfaces which witnesses measured: of all that come back to within `within` (m), the distances
+// surfaces which a scan measured: of all that come back to within `within` (m), the distances
 // from the tangent planes of what they come back to.
-ReflectingPlane Fitted(std::span<const MirrorWitness> witnesses, const ReflectingPlane& plane,
+ReflectingPlane Fitted(const ReturnTest& own, const ReflectingPlane& plane,
                        const std::vector<Eigen::Vector3d>& behind, double within) {
   // What a plane is off by before the step, one sigma: directions that no point tells stay.
   constexpr double kTurn = sensor::Radians(0.5);
@@ -42,23 +41,20 @@ ReflectingPlane Fitted(std::span<const MirrorWitness> witnesses, const Reflectin
   for (const Eigen::Vector3d& point : behind) {
     const double above = plane.Above(point);
     if (above >= 0) continue;
-    const Eigen::Vector3d back = point - 2 * above * plane.normal;
-    for (const MirrorWitness& witness : witnesses) {
-      const auto measured = witness.measured->MeasuredTowards(witness.T_witness_scan * back);
-      if (!measured) continue;
-      const double off = measured->normal.dot(witness.T_witness_scan * back - measured->point);
-      if (std::abs(off) > within) continue;
-      const Eigen::Vector3d facing = witness.T_witness_scan.linear().transpose() * measured->normal;
-      // Turned by a small vector about where the returns came through, the normal changes by it.
-      const auto by_turn = [&](const Eigen::Vector3d& change) {
-        return -2 * (change.dot(point - *through) * facing.dot(plane.normal) +
-                     above * facing.dot(change));
-      };
-      const Eigen::Vector3d row(by_turn(across), by_turn(up), -2 * facing.dot(plane.normal));
-      information += weight * row * row.transpose();
-      towards -= weight * off * row;
-      break;
-    }
+    const Eigen::Vector3d back = plane.Reflected(point);
+    const auto measured = own.MeasuredTowards(back);
+    if (!measured) continue;
+    const Eigen::Vector3d& facing = measured->normal;
+    const double off = facing.dot(back - measured->point);
+    if (std::abs(off) > within) continue;
+    // The plane turns about where the returns came through, and its normal by a small vector.
+    const auto by_turn = [&](const Eigen::Vector3d& change) {
+      return -2 *
+             (change.dot(point - *through) * facing.dot(plane.normal) + above * facing.dot(change));
+    };
+    const Eigen::Vector3d row(by_turn(across), by_turn(up), -2 * facing.dot(plane.normal));
+    information += weight * row * row.transpose();
+    towards -= weight * off * row;
   }
   const Eigen::Vector3d step = information.ldlt().solve(towards);
   if (!step.allFinite()) return plane;
@@ -128,10 +124,9 @@ ReflectingPlane Straighten(std::span<const MirrorWitness> witnesses, const Refle
 
 ReflectingPlane Fit(const ReturnTest& own, const ReflectingPlane& plane,
                     const std::vector<Eigen::Vector3d>& behind) {
-  const std::array<MirrorWitness, 1> witnesses = {{{&own}}};
   ReflectingPlane fitted = plane;
   for (const double within : {own.Agreement(), own.Closely(), own.Closely(), own.Closely()}) {
-    fitted = Fitted(witnesses, fitted, behind, within);
+    fitted = Fitted(own, fitted, behind, within);
   }
   return fitted;
 }

@@ -102,7 +102,7 @@ std::vector<PlaneOfPart> BeforeWall(const RangeSurface& surface, const ReturnTes
   constexpr size_t kLeastPoints = 8;  // a degree or more apart: as of reflection_regions.cc
   constexpr double kDeepest = 0.75;   // m: wardrobes are 0.6 m deep, and stand off their wall
   constexpr double kStep = 0.03;      // m: half the agreement, since it counts twice
-  constexpr double kFurniture = 0.3;  // m: thicker than walls between rooms are, by half
+  constexpr double kFurniture = 0.3;  // m: no opening lies so far before its wall
   std::vector<PlaneOfPart> found;
   if (!ReflectingPlane{wall.normal, wall.distance}.IsUpright()) return found;
   for (const std::vector<Eigen::Vector3d>& part : PartsBehind(surface, tester, wall, stride)) {
