@@ -18,6 +18,8 @@ struct BenchOptions {
 
 using Benchmark = void(const BenchOptions& options, parallel::Parallel& parallel, Figures& figures);
 
+Benchmark BenchPrepare;   // prepare.*
+Benchmark BenchVerdict;   // verdict.*
 Benchmark BenchCycle;     // cycle.*
 Benchmark BenchCarve;     // carve.*
 Benchmark BenchSnapshot;  // snapshot.*

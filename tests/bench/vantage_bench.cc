@@ -67,6 +67,12 @@ constexpr auto kGroups = std::to_array<Group>({
      10, BenchAnytime},
     {"registration", "align. predict.", "alignment, beside PCL's ICP; predictions; global search",
      2, BenchRegistration},
+    {"verdict", "verdict.",
+     "scans where a site repeats itself, from priors of 5 cm to 2 m; --full: in five times the "
+     "scenes",
+     2, BenchVerdict},
+    {"prepare", "prepare.", "steps A to C after the tenth scan, beside from nothing", 2,
+     BenchPrepare},
     {"cycle", "cycle.", "from a scan to checked views", 1, BenchCycle},
     {"fleet", "fleet.greedy_ratio fleet.joint4. fleet.job fleet.speedup4 fleet.waste_ratio",
      "several scanners on one job; --full: 1,000 m2, an hour and more", 8, BenchFleet},

@@ -6,6 +6,7 @@
 
 #include "core/registration/align/align_stages.h"
 #include "core/registration/align/correspondence_field.h"
+#include "core/registration/align/global_search.h"
 #include "core/registration/align/voxel_search.h"
 #include "core/sensor/scanner_model.h"
 
@@ -93,9 +94,11 @@ Alignment Align(const model::PlanningView& model, const ScanSurface& surface,
                 parallel::Parallel& parallel, std::span<const TargetTie> targets) {
   Eigen::AlignedBox3d box = BoxOf(surface, prior.T_world_scan);
   // The starts and the stages after them move a scan by at most this: 0.4 m, and 0.6 m by a turn of
-  // 12 degrees three metres off. Surface that leaves the field finds no match.
+  // 12 degrees three metres off, or as far as the prior may be wrong. Surface that leaves the field
+  // finds no match.
   constexpr double kStartsReach = 1.0;  // m
-  const double margin = kStartsReach + config.max_correspondence;
+  const PriorReach reach = ReachOf(prior);
+  const double margin = std::max(kStartsReach, 0.6 + reach.shift) + config.max_correspondence;
   box.extend(Eigen::Vector3d(box.min() - Eigen::Vector3d::Constant(margin)));
   box.extend(Eigen::Vector3d(box.max() + Eigen::Vector3d::Constant(margin)));
   const CorrespondenceField field(model, box, config.max_correspondence, parallel);
@@ -107,7 +110,10 @@ Alignment Align(const model::PlanningView& model, const ScanSurface& surface,
   const Eigen::Vector3d at = prior.T_world_scan.translation();
   const VoxelSearch search(
       model, {at - Eigen::Vector3d::Constant(radius), at + Eigen::Vector3d::Constant(radius)});
-  const std::vector<Eigen::Isometry3d> starts = StartsAroundPrior(prior);
+  std::vector<Eigen::Isometry3d> starts = StartsAroundPrior(prior);
+  const std::vector<Eigen::Isometry3d> places =
+      SearchAround(model, field, surface, config.sample_spacing, prior, parallel);
+  starts.insert(starts.end(), places.begin(), places.end());
   return AlignFrom(model, field, search, surface, prior, StartKind::kAroundPrior, starts, config,
                    parallel, targets);
 }
@@ -140,8 +146,9 @@ Alignment AlignFrom(const model::PlanningView& model, const CorrespondenceField&
                                term_of(m.T_world_scan), config, serial, kCompareSteps)
                          .pose;
     m.score = ScorePose(search, First(surface, kScoreSamples), m.T_world_scan);
+    const std::span<const SurfaceSample> in_space = First(surface, kSpaceSamples);
     const SpaceAgreement space =
-        CompareWithSpace(model, search, First(surface, kSpaceSamples), m.T_world_scan, serial);
+        Sum(in_space, CompareSamples(model, search, in_space, m.T_world_scan, serial));
     const double met = space.fitting + space.contradicting;
     if (met > 0) m.score *= 1 - space.contradicting / met;
   });
@@ -204,10 +211,11 @@ std::vector<Correspondence> FindCorrespondences(const VoxelSearch& search,
   return all;
 }
 
-SpaceAgreement CompareWithSpace(const model::PlanningView& model, const VoxelSearch& search,
-                                std::span<const SurfaceSample> samples,
-                                const Eigen::Isometry3d& T_world_scan,
-                                parallel::Parallel& parallel) {
+std::vector<SampleAgreement> CompareSamples(const model::PlanningView& model,
+                                            const VoxelSearch& search,
+                                            std::span<const SurfaceSample> samples,
+                                            const Eigen::Isometry3d& T_world_scan,
+                                            parallel::Parallel& parallel) {
   const double h = model.voxel_size();
   const Eigen::Vector3d origin = T_world_scan.translation();
   // A sample this far behind a surface has gone through it: more than twice the reach of a match
@@ -219,13 +227,10 @@ SpaceAgreement CompareWithSpace(const model::PlanningView& model, const VoxelSea
   constexpr double kFromScanner = 0.3;  // m: nearer there is only the tripod
   constexpr double kFacing = 0.3;       // cosine: flatter, and the voxel that is met is a guess
   constexpr double kThrough = 0.4;      // voxels from a ray to a centroid, that it met the voxel
-  const auto compare = [&](const SurfaceSample& s, SpaceAgreement& agreement) {
+  const auto compare = [&](const SurfaceSample& s) {
     const Eigen::Vector3d point = T_world_scan * s.point.cast<double>();
     const Eigen::Vector3d normal = T_world_scan.linear() * s.normal.cast<double>();
-    if (search.Find(point, normal).voxel != nullptr) {
-      agreement.fitting += s.cells;
-      return;
-    }
+    if (search.Find(point, normal).voxel != nullptr) return SampleAgreement::kFits;
     const model::VoxelIndex at = model.At(point);
     bool free = model.Empty(at);
     for (int z = -kFreeAround; free && z <= kFreeAround; ++z) {
@@ -253,14 +258,31 @@ SpaceAgreement CompareWithSpace(const model::PlanningView& model, const VoxelSea
       contradicts =
           off < kThrough * h && n.dot(point - voxel->centroid.cast<double>()) < -0.5 * behind;
     }
-    if (contradicts) agreement.contradicting += s.cells;
+    if (contradicts) return SampleAgreement::kContradicts;
+    const model::VoxelState state = model.State(at);
+    const bool known =
+        state == model::VoxelState::kEmpty || state == model::VoxelState::kTrueSurface;
+    return known ? SampleAgreement::kMissed : SampleAgreement::kNothingKnown;
   };
-  SpaceAgreement agreement;
-  for (const SpaceAgreement& chunk : InChunks<SpaceAgreement>(samples, parallel, compare)) {
-    agreement.fitting += chunk.fitting;
-    agreement.contradicting += chunk.contradicting;
+  const auto found = InChunks<std::vector<SampleAgreement>>(
+      samples, parallel,
+      [&](const SurfaceSample& s, std::vector<SampleAgreement>& of) { of.push_back(compare(s)); });
+  std::vector<SampleAgreement> all;
+  all.reserve(samples.size());
+  for (const std::vector<SampleAgreement>& chunk : found) {
+    all.insert(all.end(), chunk.begin(), chunk.end());
   }
-  return agreement;
+  return all;
+}
+
+SpaceAgreement Sum(std::span<const SurfaceSample> samples,
+                   std::span<const SampleAgreement> agreements) {
+  SpaceAgreement sum;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    if (agreements[i] == SampleAgreement::kFits) sum.fitting += samples[i].cells;
+    if (agreements[i] == SampleAgreement::kContradicts) sum.contradicting += samples[i].cells;
+  }
+  return sum;
 }
 
 }  // namespace vantage::registration

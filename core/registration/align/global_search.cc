@@ -1,8 +1,10 @@
 #include "core/registration/align/global_search.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <utility>
 
 #include "absl/strings/str_format.h"
@@ -25,7 +27,10 @@ constexpr float kCompatible = 0.75f;  // cosine between normals, as of the first
 constexpr size_t kFewSamples = 60;
 constexpr size_t kManySamples = 300;
 constexpr size_t kLookedAtTwice = 3000;
-constexpr size_t kPlaces = 160;  // places from which alignments start
+constexpr size_t kPlaces = 160;       // places from which alignments start
+constexpr size_t kPlacesAround = 16;  // around a prior, beside the starts there
+// Of a prior, as far as it may be wrong: one in ninety is farther off on a plane.
+constexpr double kSigmas = 3;
 // m and headings between places: places nearer than a step lead to the same minimum.
 constexpr double kNotTheSame = 0.30;
 constexpr int kHeadingsNotTheSame = 2;
@@ -145,44 +150,22 @@ std::vector<double> Heights(const model::PlanningView& model, const FloorPlane* 
   return heights;
 }
 
-}  // namespace
+// Where a scan is tried: all combinations.
+struct Lattice {
+  std::vector<Eigen::Vector2d> places;                    // m
+  std::vector<double> heights;                            // z of the scanner, m
+  std::vector<int> headings;                              // of kHeadings, about the vertical,
+  Eigen::Matrix3d upright = Eigen::Matrix3d::Identity();  // after this
+};
 
-GlobalSearch SearchGlobally(const model::PlanningView& model, const CorrespondenceField& field,
-                            const ScanSurface& surface, double spacing,
-                            parallel::Parallel& parallel) {
-  GlobalSearch search;
-  FloorPlane floor;
-  search.floor_found = FindFloorPlane(surface.samples, spacing, kMaxTilt, floor);
-  Eigen::Matrix3d upright = Eigen::Matrix3d::Identity();
-  if (search.floor_found) {
-    upright = Eigen::Quaterniond::FromTwoVectors(floor.normal, Eigen::Vector3d::UnitZ())
-                  .toRotationMatrix();
-  }
-  const std::vector<double> heights = Heights(model, search.floor_found ? &floor : nullptr);
-  // A scanner stands where space is known, or a step beyond: in a doorway, in the next room.
-  const double h = model.voxel_size();
-  const Eigen::Vector2d low = model.bounds().min.cast<double>().head<2>() * h;
-  const Eigen::Vector2d size = model.bounds().max.cast<double>().head<2>() * h - low;
-  const int columns = static_cast<int>(size.x() / kPlaceStep) + 1;
-  const int rows = static_cast<int>(size.y() / kPlaceStep) + 1;
-  const size_t candidates = static_cast<size_t>(columns) * static_cast<size_t>(rows) *
-                            heights.size() * static_cast<size_t>(kHeadings);
-  if (candidates == 0 || surface.samples.size() < kFewSamples) {
-    search.why_not = "too little surface to look for its place";
-    return search;
-  }
-  if (candidates > kMostCandidates) {
-    search.why_not =
-        absl::StrFormat("the site (%.0f x %.0f m) is too large to be searched", size.x(), size.y());
-    return search;
-  }
-
+// The best of them, at most `most`, apart from each other.
+std::vector<Eigen::Isometry3d> SearchLattice(const model::PlanningView& model,
+                                             const CorrespondenceField& field,
+                                             const ScanSurface& surface, const Lattice& lattice,
+                                             size_t most, parallel::Parallel& parallel) {
   const auto at = [&](const Candidate& c) -> Eigen::Vector3f {
-    const int column = c.place % columns;
-    const int row = c.place / columns;
-    const Eigen::Vector2d middle(column + 0.5, row + 0.5);
-    return Eigen::Vector3d(low.x() + middle.x() * kPlaceStep, low.y() + middle.y() * kPlaceStep,
-                           heights[static_cast<size_t>(c.height)])
+    const Eigen::Vector2d& place = lattice.places[static_cast<size_t>(c.place)];
+    return Eigen::Vector3d(place.x(), place.y(), lattice.heights[static_cast<size_t>(c.height)])
         .cast<float>();
   };
   const auto better = [](const Candidate& a, const Candidate& b) {
@@ -190,18 +173,20 @@ GlobalSearch SearchGlobally(const model::PlanningView& model, const Corresponden
     if (a.heading != b.heading) return a.heading < b.heading;
     return a.height != b.height ? a.height < b.height : a.place < b.place;
   };
-  std::vector<std::vector<Candidate>> best(kHeadings);
-  parallel.For(kHeadings, [&](size_t heading) {
-    const Turned turned = Turn(surface, upright, static_cast<int>(heading));
-    std::vector<Candidate>& list = best[heading];
-    for (int height = 0; height < static_cast<int>(heights.size()); ++height) {
-      for (int place = 0; place < columns * rows; ++place) {
-        Candidate c{0, place, height, static_cast<int>(heading)};
+  const size_t headings = lattice.headings.size();
+  std::vector<std::vector<Candidate>> best(headings);
+  parallel.For(headings, [&](size_t slot) {
+    const int heading = lattice.headings[slot];
+    const Turned turned = Turn(surface, lattice.upright, heading);
+    std::vector<Candidate>& list = best[slot];
+    for (int height = 0; height < static_cast<int>(lattice.heights.size()); ++height) {
+      for (int place = 0; place < static_cast<int>(lattice.places.size()); ++place) {
+        Candidate c{0, place, height, heading};
         c.score = Fit(field, turned, kFewSamples, at(c));
         list.push_back(c);
       }
     }
-    const size_t keep = std::min(list.size(), kLookedAtTwice / kHeadings * 4);
+    const size_t keep = std::min(list.size(), 4 * kLookedAtTwice / headings);
     std::partial_sort(list.begin(), list.begin() + static_cast<ptrdiff_t>(keep), list.end(),
                       better);
     list.resize(keep);
@@ -214,7 +199,7 @@ GlobalSearch SearchGlobally(const model::PlanningView& model, const Corresponden
   for (const Candidate& c : all) by_heading[static_cast<size_t>(c.heading)].push_back(c);
   parallel.For(kHeadings, [&](size_t heading) {
     if (by_heading[heading].empty()) return;
-    const Turned turned = Turn(surface, upright, static_cast<int>(heading));
+    const Turned turned = Turn(surface, lattice.upright, static_cast<int>(heading));
     for (Candidate& c : by_heading[heading]) {
       const Eigen::Vector3f place = at(c);
       c.score = Fit(field, turned, kManySamples, place) - Misplaced(model, field, turned, place);
@@ -225,8 +210,9 @@ GlobalSearch SearchGlobally(const model::PlanningView& model, const Corresponden
   std::sort(all.begin(), all.end(), better);
 
   std::vector<Candidate> chosen;
+  std::vector<Eigen::Isometry3d> poses;
   for (const Candidate& c : all) {
-    if (chosen.size() >= kPlaces) break;
+    if (chosen.size() >= most) break;
     const bool same = std::any_of(chosen.begin(), chosen.end(), [&](const Candidate& other) {
       const int turn = std::abs(c.heading - other.heading);
       return std::min(turn, kHeadings - turn) < kHeadingsNotTheSame &&
@@ -237,11 +223,100 @@ GlobalSearch SearchGlobally(const model::PlanningView& model, const Corresponden
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
     pose.linear() =
         Eigen::AngleAxisd(2 * sensor::kPi * c.heading / kHeadings, Eigen::Vector3d::UnitZ()) *
-        upright;
+        lattice.upright;
     pose.translation() = at(c).cast<double>();
-    search.places.push_back(pose);
+    poses.push_back(pose);
   }
+  return poses;
+}
+
+}  // namespace
+
+GlobalSearch SearchGlobally(const model::PlanningView& model, const CorrespondenceField& field,
+                            const ScanSurface& surface, double spacing,
+                            parallel::Parallel& parallel) {
+  GlobalSearch search;
+  FloorPlane floor;
+  search.floor_found = FindFloorPlane(surface.samples, spacing, kMaxTilt, floor);
+  Lattice lattice;
+  if (search.floor_found) {
+    lattice.upright = Eigen::Quaterniond::FromTwoVectors(floor.normal, Eigen::Vector3d::UnitZ())
+                          .toRotationMatrix();
+  }
+  lattice.heights = Heights(model, search.floor_found ? &floor : nullptr);
+  // A scanner stands where space is known, or a step beyond: in a doorway, in the next room.
+  const double h = model.voxel_size();
+  const Eigen::Vector2d low = model.bounds().min.cast<double>().head<2>() * h;
+  const Eigen::Vector2d size = model.bounds().max.cast<double>().head<2>() * h - low;
+  const int columns = static_cast<int>(size.x() / kPlaceStep) + 1;
+  const int rows = static_cast<int>(size.y() / kPlaceStep) + 1;
+  const double places = static_cast<double>(columns) * static_cast<double>(rows);
+  if (places * static_cast<double>(lattice.heights.size()) * kHeadings > kMostCandidates) {
+    search.why_not =
+        absl::StrFormat("the site (%.0f x %.0f m) is too large to be searched", size.x(), size.y());
+    return search;
+  }
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      lattice.places.emplace_back(low.x() + (column + 0.5) * kPlaceStep,
+                                  low.y() + (row + 0.5) * kPlaceStep);
+    }
+  }
+  lattice.headings.resize(kHeadings);
+  std::iota(lattice.headings.begin(), lattice.headings.end(), 0);
+  if (lattice.heights.empty() || surface.samples.size() < kFewSamples) {
+    search.why_not = "too little surface to look for its place";
+    return search;
+  }
+  search.places = SearchLattice(model, field, surface, lattice, kPlaces, parallel);
   return search;
+}
+
+PriorReach ReachOf(const sensor::PosePrior& prior) {
+  PriorReach reach;
+  if (!prior.covariance.has_value()) return reach;
+  const sensor::Matrix6d& covariance = *prior.covariance;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> horizontal(covariance.block<2, 2>(3, 3));
+  reach.shift = kSigmas * std::sqrt(std::max(0.0, horizontal.eigenvalues()[1]));
+  reach.rise = kSigmas * std::sqrt(std::max(0.0, covariance(5, 5)));
+  reach.turn = kSigmas * std::sqrt(std::max(0.0, covariance(2, 2)));
+  return reach;
+}
+
+std::vector<Eigen::Isometry3d> SearchAround(const model::PlanningView& model,
+                                            const CorrespondenceField& field,
+                                            const ScanSurface& surface, double spacing,
+                                            const sensor::PosePrior& prior,
+                                            parallel::Parallel& parallel) {
+  const PriorReach reach = ReachOf(prior);
+  if (surface.samples.size() < kFewSamples) return {};
+  const Eigen::Vector3d at = prior.T_world_scan.translation();
+  Lattice lattice;
+  lattice.upright = prior.T_world_scan.linear();
+  lattice.heights = {at.z()};
+  if (reach.rise > kHeightOverStation) {
+    FloorPlane floor;
+    const bool found = FindFloorPlane(surface.samples, spacing, kMaxTilt, floor);
+    for (const double z : Heights(model, found ? &floor : nullptr)) {
+      if (std::abs(z - at.z()) <= reach.rise) lattice.heights.push_back(z);
+    }
+  }
+  // All that the prior allows, or as much of it around its middle as is not too much work.
+  for (int heading = 0; heading < kHeadings; ++heading) {
+    const double turn = 2 * sensor::kPi * std::min(heading, kHeadings - heading) / kHeadings;
+    if (turn <= reach.turn + 1e-9) lattice.headings.push_back(heading);
+  }
+  const auto most =
+      static_cast<double>(kMostCandidates / (lattice.heights.size() * lattice.headings.size()));
+  const double radius = std::min(reach.shift, kPlaceStep * std::sqrt(most / sensor::kPi));
+  const int steps = static_cast<int>(radius / kPlaceStep);
+  for (int y = -steps; y <= steps; ++y) {
+    for (int x = -steps; x <= steps; ++x) {
+      const Eigen::Vector2d shift = kPlaceStep * Eigen::Vector2d(x, y);
+      if (shift.norm() <= radius) lattice.places.push_back(at.head<2>() + shift);
+    }
+  }
+  return SearchLattice(model, field, surface, lattice, kPlacesAround, parallel);
 }
 
 }  // namespace vantage::registration

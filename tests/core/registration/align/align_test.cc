@@ -199,8 +199,9 @@ TEST(Register, ContradictionShowsWhenSeenThroughWalls) {
   const Eigen::Isometry3d truth = PoseAt({0.3, 0.2, 1.4}, 0);
   const auto share = [&](const BoxScene& seen) {
     const ScanSurface surface = SampleSurface(ScanScene(seen, truth, {}, 10), 0.05, serial);
-    const SpaceAgreement a = CompareWithSpace(*model, VoxelSearch(*model, BoxOf(surface, truth)),
-                                              surface.samples, truth, serial);
+    const SpaceAgreement a =
+        Sum(surface.samples, CompareSamples(*model, VoxelSearch(*model, BoxOf(surface, truth)),
+                                            surface.samples, truth, serial));
     return a.contradicting / (a.contradicting + a.fitting);
   };
   EXPECT_LT(share(scene), 0.01);

@@ -1,0 +1,92 @@
+// Sites that repeat themselves, and priors that are wrong by metres.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "core/parallel/thread_pool.h"
+#include "core/registration/bound/registration_result.h"
+#include "core/registration/registration.h"
+#include "core/sensor/scanner_model.h"
+#include "tests/core/registration/box_scene.h"
+
+namespace vantage::registration {
+namespace {
+
+constexpr double kBay = 2.5;  // m
+
+// A corridor that ends out of range, with pillars that are 0.3 m deep.
+BoxScene RegularCorridor() {
+  BoxScene scene = Corridor();
+  const Eigen::Vector3d low = scene.room.min();
+  const Eigen::Vector3d high = scene.room.max();
+  for (double x = low.x() + 1; x < high.x() - 1; x += kBay) {
+    scene.solids.emplace_back(Eigen::Vector3d(x, low.y(), low.z()),
+                              Eigen::Vector3d(x + 0.4, low.y() + 0.3, high.z()));
+    scene.solids.emplace_back(Eigen::Vector3d(x, high.y() - 0.3, low.z()),
+                              Eigen::Vector3d(x + 0.4, high.y(), high.z()));
+  }
+  return scene;
+}
+
+sensor::PosePrior PriorAt(const Eigen::Isometry3d& truth, const Eigen::Vector3d& off,
+                          double sigma) {
+  sensor::PosePrior prior;
+  prior.T_world_scan = truth;
+  prior.T_world_scan.pretranslate(off);
+  const double turn = sensor::Radians(3);
+  const double tilt = sensor::Radians(1);
+  prior.covariance =
+      sensor::Vector6d{{tilt, tilt, turn, sigma, sigma, 0.05}}.cwiseAbs2().asDiagonal();
+  return prior;
+}
+
+TEST(Rivals, WhereAPriorAllowsAnotherBayThatIsAlikeAScanIsInDoubt) {
+  parallel::ThreadPool pool(2);
+  const BoxScene scene = RegularCorridor();
+  const auto model = ModelFromScan(scene, PoseAt({0, 0, 1.4}, 0), {}, 3);
+  const Eigen::Isometry3d truth = PoseAt({3, 0.1, 1.4}, 0.8);
+  const sensor::Scan scan = ScanScene(scene, truth, {}, 4);
+  for (const double off : {-kBay, 0.0, 1.0}) {
+    SCOPED_TRACE(off);
+    const auto result = Register(*model, scan, PriorAt(truth, {off, 0, 0}, 1), {}, pool);
+    ASSERT_TRUE(result.ok()) << result.status();
+    EXPECT_EQ(result->verdict.outcome, RegistrationOutcome::kDoubtful);
+    ASSERT_FALSE(result->verdict.bases.empty());
+    EXPECT_EQ(result->verdict.bases[0], RegistrationBasis::kRivalPose);
+    // Whichever pose was taken, the bound holds for the right one.
+    const double error = (result->T_world_scan.translation() - truth.translation()).norm();
+    EXPECT_GT(result->verdict.error_bound, std::max(0.9 * kBay, error));
+    EXPECT_GE(result->verdict.rigorous_bound, result->verdict.error_bound);
+  }
+}
+
+TEST(Rivals, APriorThatExcludesOtherBaysDecides) {
+  parallel::ThreadPool pool(2);
+  const BoxScene scene = RegularCorridor();
+  const auto model = ModelFromScan(scene, PoseAt({0, 0, 1.4}, 0), {}, 3);
+  const Eigen::Isometry3d truth = PoseAt({3, 0.1, 1.4}, 0.8);
+  const sensor::Scan scan = ScanScene(scene, truth, {}, 4);
+  const auto result = Register(*model, scan, PriorAt(truth, {0.3, -0.2, 0}, 0.3), {}, pool);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_TRUE(result->verdict.registered()) << result->verdict.reason;
+  EXPECT_LT((result->T_world_scan.translation() - truth.translation()).norm(), 0.003);
+}
+
+TEST(Rivals, APriorThatMayBeMetresOffFindsTheOnlyPlace) {
+  parallel::ThreadPool pool(2);
+  const BoxScene scene = FurnishedRoom(2);
+  const auto model = ModelFromScan(scene, PoseAt({-0.6, 0.3, 1.4}, 0), {}, 5);
+  const Eigen::Isometry3d truth = PoseAt({0.5, -0.2, 1.45}, 0.6);
+  const sensor::Scan scan = ScanScene(scene, truth, {}, 6);
+  for (const Eigen::Vector3d& off :
+       {Eigen::Vector3d(2.5, 0, 0), Eigen::Vector3d(-2, 3, 0.05), Eigen::Vector3d(0, -4, 0)}) {
+    SCOPED_TRACE(off.transpose());
+    const auto result = Register(*model, scan, PriorAt(truth, off, 2), {}, pool);
+    ASSERT_TRUE(result.ok()) << result.status();
+    EXPECT_TRUE(result->verdict.registered()) << result->verdict.reason;
+    EXPECT_LT((result->T_world_scan.translation() - truth.translation()).norm(), 0.003);
+  }
+}
+
+}  // namespace
+}  // namespace vantage::registration
