@@ -239,7 +239,21 @@ std::string ScanReport(const v1::Scan& scan) {
                           r.correspondence_count(), Length(r.rms_residual_m()),
                           Length(r.expected_residual_m()), r.contradiction_share() * 100,
                           r.iteration_count(), Seconds(r.duration()));
-    if (!scan.has_pose()) absl::StrAppend(&out, "            at ", Text(r.pose()), "\n");
+    const bool open = !scan.has_pose() && r.other_poses_size() > 0;
+    if (!scan.has_pose()) {
+      absl::StrAppend(&out, open ? "  pose 1    " : "            at ", Text(r.pose()), "\n");
+    }
+    for (int i = 0; open && i < r.other_poses_size(); ++i) {
+      const v1::OtherPose& other = r.other_poses(i);
+      absl::StrAppendFormat(&out, "  pose %d    %s: %s away, fits %.0f %% as well\n", i + 2,
+                            Text(other.pose()), Length(other.distance_m()),
+                            100 * other.fit_share());
+    }
+    if (open) {
+      absl::StrAppendFormat(
+          &out, "            vantage scan accept %s/%s --pose N takes one of them\n",
+          client::IdOf(client::SessionOf(scan.name())), client::IdOf(scan.name()));
+    }
   }
   if (scan.has_merge()) {
     absl::StrAppendFormat(&out, "  merged    model version %d; carve %s, merge %s\n",

@@ -9,12 +9,14 @@ namespace {
 
 struct ScanAcceptArguments {
   std::string scan;
+  int pose = 1;
 };
 
 absl::StatusOr<ExitCode> RunScanAccept(Environment& environment,
                                        const ScanAcceptArguments& arguments) {
   v1::AcceptScanRequest request;
   request.set_name(client::ScanName(arguments.scan));
+  request.set_other_pose(arguments.pose - 1);
   const auto accepted = environment.client().Call(request);
   if (!accepted.ok()) return accepted.status();
   const auto scan = environment.client().WaitForScan(request.name(), [](const v1::Scan&) {});
@@ -27,10 +29,16 @@ absl::StatusOr<ExitCode> RunScanAccept(Environment& environment,
 
 void AddScanAccept(CLI::App& parent, Environment& environment) {
   AddCommand<ScanAcceptArguments>(
-      parent, environment, "accept", "Merge a doubtful scan where its alignment put it",
-      "  vantage scan accept flat/s2",
+      parent, environment, "accept",
+      "Merge a doubtful scan where its alignment put it, or at another pose that fits as well",
+      "  vantage scan accept flat/s2\n"
+      "  vantage scan accept flat/s2 --pose 2      (poses as 'vantage scan show' numbers them)",
       [](CLI::App& command, ScanAcceptArguments& a) {
         command.add_option("SCAN", a.scan, "The scan, as SESSION/SCAN")->required();
+        command
+            .add_option("--pose", a.pose,
+                        "Which of the poses at which it fits; 1 is where its alignment put it [1]")
+            ->check(CLI::Range(1, 100));
       },
       RunScanAccept);
 }

@@ -47,7 +47,8 @@ RegistrationResult RegisterReturnsGlobally(const model::PlanningView& model,
   const double h = model.voxel_size();
   const Eigen::AlignedBox3d everywhere(model.bounds().min.cast<double>() * h,
                                        model.bounds().max.cast<double>() * h);
-  const CorrespondenceField field(model, everywhere, config.max_correspondence, parallel);
+  const CorrespondenceField field(model, everywhere, config.max_correspondence, parallel,
+                                  CorrespondenceField::kCellsAllOver);
   const VoxelSearch search(model, everywhere);
   const GlobalSearch found = SearchGlobally(model, field, surface, config.sample_spacing, parallel);
   std::vector<Eigen::Isometry3d> starts = StartsAroundPrior(near_last);

@@ -154,6 +154,14 @@ RegistrationResult RegisterReturns(const model::PlanningView& model, const senso
   } else {
     result = QualifyNearPrior(model, surface, alignment, prior, config, targets, parallel);
   }
+  // A person may take one of them: it is to be as good as the aligned one.
+  for (OtherPose& other : result.other_poses) {
+    Alignment there;
+    there.T_world_scan = other.T_world_scan;
+    other.T_world_scan =
+        Refine(model, surface, std::move(there), PriorTerm(guess, targets), config, parallel)
+            .T_world_scan;
+  }
   return result;
 }
 

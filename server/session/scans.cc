@@ -78,7 +78,8 @@ void Scans::Complete(v1::Scan& scan) const {
   context_.lost_scans().Describe(scan);
 }
 
-absl::StatusOr<v1::Scan> Scans::Accept(const std::string& name, const RequestKey& key) {
+absl::StatusOr<v1::Scan> Scans::Accept(const std::string& name, int other_pose,
+                                       const RequestKey& key) {
   absl::StatusOr<std::string> accepted =
       journal_.Execute(key, [&](const SessionState& state) -> absl::StatusOr<Draft> {
         const auto it = state.scans.find(name);
@@ -91,12 +92,21 @@ absl::StatusOr<v1::Scan> Scans::Accept(const std::string& name, const RequestKey
                             "only a doubtful or failed scan with an alignment can be "
                             "accepted; give it a pose with SetScanPose");
         }
+        const v1::Registration& registration = scan.registration();
+        if (other_pose > registration.other_poses_size()) {
+          contract::Violations violations;
+          violations.Add("other_pose",
+                         absl::StrCat("is ", other_pose, "; the registration of ", name, " names ",
+                                      registration.other_poses_size(), " other poses"));
+          return violations.ToStatus();
+        }
         Draft draft;
         v1::Scan& next = *draft.event.mutable_scan_accepted()->mutable_scan();
         next = scan;
         next.set_state(v1::SCAN_STATE_MERGING);
         next.clear_state_message();
-        *next.mutable_pose() = scan.registration().pose();
+        *next.mutable_pose() =
+            other_pose == 0 ? registration.pose() : registration.other_poses(other_pose - 1).pose();
         next.set_pose_source(v1::POSE_SOURCE_ACCEPTED);
         *next.mutable_update_time() = conversion::WriteTime(journal_.Now());
         return draft;

@@ -1,5 +1,6 @@
 // Alignment beside PCL's point-to-plane ICP, predictions, and scans without a prior.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -19,6 +20,7 @@
 #include "core/registration/registration.h"
 #include "core/simulation/random_sequence.h"
 #include "core/simulation/scenes/furnished_flat.h"
+#include "core/simulation/scenes/office_storey.h"
 #include "core/simulation/scenes/scene.h"
 #include "core/simulation/scenes/small_scenes.h"
 #include "core/simulation/simulated_scanner.h"
@@ -200,6 +202,72 @@ void BenchGlobalRegistration(const BenchOptions& options, parallel::Parallel& pa
                                Percentile(seconds, 1), seconds.size(), flats, right, wrong)});
 }
 
+// Two storeys side by side.
+simulation::Scene BesideEachOther(simulation::Scene a, const simulation::Scene& b) {
+  const float away =
+      a.mesh.Bounds().max().cast<float>().x() + 2.0f - b.mesh.Bounds().min().cast<float>().x();
+  const auto first = static_cast<uint32_t>(a.mesh.vertices.size());
+  for (const Eigen::Vector3f& vertex : b.mesh.vertices) {
+    a.mesh.vertices.push_back(vertex + Eigen::Vector3f(away, 0, 0));
+  }
+  for (const std::array<uint32_t, 3>& t : b.mesh.triangles) {
+    a.mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  }
+  a.mesh.material.insert(a.mesh.material.end(), b.mesh.material.begin(), b.mesh.material.end());
+  for (const Vector3d& start : b.starts) {
+    a.starts.push_back(start + Vector3d(static_cast<double>(away), 0, 0));
+  }
+  return a;
+}
+
+// 10,000 m2 of which 40 rooms and corridors were scanned, and scans without a prior in some of
+// them.
+void BenchLargeSite(const BenchOptions& options, parallel::Parallel& parallel, Figures& figures) {
+  constexpr double kArea = 5000;  // m2, of each of two
+  constexpr size_t kStations = 40;
+  constexpr size_t kWithoutPrior = 6;
+  const uint64_t seed = SceneSeeds(options.use).front();
+  const simulation::Scene storey = BesideEachOther(simulation::OfficeStorey(seed, kArea),
+                                                   simulation::OfficeStorey(seed + 1, kArea));
+  const simulation::SimulatedScanner tracer(storey.mesh);
+  const sensor::ScannerModel scanner;
+  auto model = model::PartialModel::Create({}).value();
+  const auto start = [&](size_t i) { return storey.starts[i * storey.starts.size() / kStations]; };
+  for (size_t i = 0; i < kStations; ++i) {
+    const Eigen::Isometry3d pose = Upright(start(i), 0.7 * static_cast<double>(i));
+    model
+        ->Insert(std::to_string(i), Measure(tracer, scanner, pose, seed + i, parallel), pose,
+                 parallel)
+        .value();
+  }
+  const auto view = model->Publish();
+  const Eigen::Vector3d size =
+      view->voxel_size() * (view->bounds().max - view->bounds().min).cast<double>();
+  std::vector<double> seconds;
+  int right = 0;
+  int wrong = 0;
+  for (size_t i = 0; i < kWithoutPrior; ++i) {
+    const Eigen::Isometry3d truth =
+        Upright(start(i * kStations / kWithoutPrior) + Vector3d(0.3, -0.2, 0),
+                2.0 + static_cast<double>(i));
+    const sensor::Scan scan = Measure(tracer, scanner, truth, 100 * seed + i, parallel);
+    registration::RegistrationResult result;
+    seconds.push_back(WallSeconds([&] {
+      result = registration::RegisterGlobally(*view, scan, Upright(start(kStations - 1), 0), {},
+                                              parallel)
+                   .value();
+    }));
+    if (!result.verdict.registered()) continue;
+    (Metres(result.T_world_scan, truth) < 0.02 ? right : wrong) += 1;
+  }
+  figures.Add(
+      {"align.coarse.10000m2.seconds", Percentile(seconds, 0.5), "s", "5",
+       absl::StrFormat("median; slowest %.2f s; model of %.0f x %.0f x %.0f m; of %d scans without "
+                       "a prior %d registered within 20 mm, %d wrong, the rest left open",
+                       Percentile(seconds, 1), size.x(), size.y(), size.z(), seconds.size(), right,
+                       wrong)});
+}
+
 }  // namespace
 
 void BenchRegistration(const BenchOptions& options, parallel::Parallel& parallel,
@@ -216,7 +284,10 @@ void BenchRegistration(const BenchOptions& options, parallel::Parallel& parallel
   if (figures.Wants("predict.hall.ms")) {
     BenchPredict("predict.hall.ms", "hall", simulation::PillarHall(seed), "", parallel, figures);
   }
-  if (figures.Wants("align.coarse.")) BenchGlobalRegistration(options, parallel, figures);
+  if (figures.Wants("align.coarse.seconds")) BenchGlobalRegistration(options, parallel, figures);
+  if (options.full && figures.Wants("align.coarse.10000m2.seconds")) {
+    BenchLargeSite(options, parallel, figures);
+  }
 }
 
 }  // namespace vantage::bench

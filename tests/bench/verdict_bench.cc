@@ -97,12 +97,19 @@ RepetitiveScene ParkingDeck(uint64_t seed) {
   return scene;
 }
 
-RepetitiveScene Unique(simulation::Scene of) {
+// Scans beside the only station, and some metres from it, where they overlap by little.
+RepetitiveScene Unique(simulation::Scene of, uint64_t seed) {
   RepetitiveScene scene;
+  const simulation::SimulatedScanner tracer(of.mesh);
+  simulation::RandomSequence random(simulation::MixBits(seed) ^ 74);
   scene.scanned = {of.starts[0]};
-  for (size_t i = 0; i < 4; ++i) {
-    const double angle = 1.7 * static_cast<double>(i);
-    scene.places.emplace_back(of.starts[0] + 0.6 * Vector3d(std::cos(angle), std::sin(angle), 0));
+  for (int tries = 0; tries < 1000 && scene.places.size() < 6; ++tries) {
+    const double reach = scene.places.size() < 2 ? 1.0 : 4.5;  // m
+    const Vector3d at =
+        of.starts[0] + Vector3d(random.Between(-reach, reach), random.Between(-reach, reach), 0);
+    if (tracer.Clearance(at, 0.35) >= 0.35 && tracer.Visible(of.starts[0], at)) {
+      scene.places.push_back(at);
+    }
   }
   scene.mesh = std::move(of.mesh);
   return scene;
@@ -189,8 +196,8 @@ void BenchVerdict(const BenchOptions& options, parallel::Parallel& parallel, Fig
       RegisterIn(PillarCorridor(seed, 0), sigma, seed, repetitive, parallel);
       RegisterIn(PillarCorridor(seed, 6), sigma, seed, marked, parallel);
       RegisterIn(ParkingDeck(seed), sigma, seed, decks, parallel);
-      RegisterIn(Unique(simulation::FurnishedFlat(seed)), sigma, seed, unique, parallel);
-      RegisterIn(Unique(simulation::OfficeStorey(seed, 150)), sigma, seed, unique, parallel);
+      RegisterIn(Unique(simulation::FurnishedFlat(seed), seed), sigma, seed, unique, parallel);
+      RegisterIn(Unique(simulation::OfficeStorey(seed, 150), seed), sigma, seed, unique, parallel);
     }
     const std::string name = absl::StrFormat("%gm", sigma);
     figures.Add({"verdict.wrong." + name,

@@ -7,10 +7,6 @@
 namespace vantage::registration {
 namespace {
 
-// 36 MB for the six directions. Up to 12 x 12 x 10 m the cell stays two voxels of 5 cm wide, over a
-// storey of 1000 m2 and 3 m it is 13 cm: a quarter of the first stage's reach, which it has to stay
-// below.
-constexpr double kMaxCells = 1.5e6;
 // An element serves every direction within 60 degrees of its normal: one to three of the six.
 constexpr float kServes = 0.5f;
 
@@ -18,14 +14,14 @@ constexpr float kServes = 0.5f;
 
 CorrespondenceField::CorrespondenceField(const model::PlanningView& model,
                                          const Eigen::AlignedBox3d& box, double reach,
-                                         parallel::Parallel& parallel) {
+                                         parallel::Parallel& parallel, double most_cells) {
   const double h = model.voxel_size();
   Eigen::AlignedBox3d covered(model.bounds().min.cast<double>() * h,
                               model.bounds().max.cast<double>() * h);
   covered = covered.intersection(box);
   if (covered.isEmpty()) return;
   const double volume = covered.sizes().cwiseMax(h).prod();
-  cell_ = static_cast<float>(std::max(2 * h, std::cbrt(volume / kMaxCells)));
+  cell_ = static_cast<float>(std::max(2 * h, std::cbrt(volume / most_cells)));
   inverse_cell_ = 1.0f / cell_;
   origin_ = covered.min().cast<float>();
   size_ = ((covered.sizes() / cell_).array().floor().cast<int>() + 1).max(1);

@@ -25,6 +25,11 @@ constexpr float kCompatible = 0.75f;  // cosine between normals, as of the first
 // Samples looked at: few for all candidates, more for the best of them. A share of 60 is off by
 // 6 % at most, one sigma, which is why 3000 of up to a million are looked at twice; of 300, by 3 %.
 constexpr size_t kFewSamples = 60;
+// Fewer still where candidates are many, which leave a share of them: the right one fits a third of
+// the samples and more, most others a tenth, and a share of 16 is off by 12 %, one sigma.
+constexpr size_t kFirstSamples = 16;
+constexpr size_t kMany = 1'000'000;  // candidates
+constexpr size_t kLeft = 5;          // one in so many
 constexpr size_t kManySamples = 300;
 constexpr size_t kLookedAtTwice = 3000;
 constexpr size_t kPlaces = 160;       // places from which alignments start
@@ -34,7 +39,12 @@ constexpr double kSigmas = 3;
 // m and headings between places: places nearer than a step lead to the same minimum.
 constexpr double kNotTheSame = 0.30;
 constexpr int kHeadingsNotTheSame = 2;
-constexpr size_t kMostCandidates = 1'000'000;  // five seconds on one core
+// Five seconds on two cores: 10,000 m2 with three heights.
+constexpr size_t kMostCandidates = 16'000'000;
+// The same around a prior, which every scan is aligned from.
+constexpr size_t kMostAround = 500'000;
+// m: a scanner stands where space is known, or this far beyond it, in a doorway or the next room.
+constexpr double kBeyondKnown = 3.0;
 // The floors of scan and model.
 constexpr double kMaxTilt = sensor::Radians(12);  // of a tripod set up by eye
 // m, of a bin of heights, whatever the voxels: floors are even, and centroids right, to a few
@@ -150,6 +160,24 @@ std::vector<double> Heights(const model::PlanningView& model, const FloorPlane* 
   return heights;
 }
 
+// Whether space is known to be empty at one of the heights, at the place or around it.
+bool NearKnown(const model::PlanningView& model, const Eigen::Vector2d& place,
+               const std::vector<double>& heights) {
+  constexpr int kAround = 8;
+  for (const double z : heights) {
+    for (const double away : {0.0, 0.5 * kBeyondKnown, kBeyondKnown}) {
+      for (int k = 0; k < (away > 0 ? kAround : 1); ++k) {
+        const double angle = 2 * sensor::kPi * k / kAround;
+        if (model.Empty(model.At(
+                {place.x() + away * std::cos(angle), place.y() + away * std::sin(angle), z}))) {
+          return true;
+        }
+      }
+    }
+  }
+  return false;
+}
+
 // Where a scan is tried: all combinations.
 struct Lattice {
   std::vector<Eigen::Vector2d> places;                    // m
@@ -174,17 +202,28 @@ std::vector<Eigen::Isometry3d> SearchLattice(const model::PlanningView& model,
     return a.height != b.height ? a.height < b.height : a.place < b.place;
   };
   const size_t headings = lattice.headings.size();
+  const bool many = lattice.places.size() * lattice.heights.size() * headings > kMany;
   std::vector<std::vector<Candidate>> best(headings);
   parallel.For(headings, [&](size_t slot) {
     const int heading = lattice.headings[slot];
     const Turned turned = Turn(surface, lattice.upright, heading);
     std::vector<Candidate>& list = best[slot];
+    const size_t first = many ? kFirstSamples : kFewSamples;
+    list.reserve(lattice.heights.size() * lattice.places.size());
     for (int height = 0; height < static_cast<int>(lattice.heights.size()); ++height) {
       for (int place = 0; place < static_cast<int>(lattice.places.size()); ++place) {
         Candidate c{0, place, height, heading};
-        c.score = Fit(field, turned, kFewSamples, at(c));
+        c.score = Fit(field, turned, first, at(c));
         list.push_back(c);
       }
+    }
+    if (many) {
+      const size_t left = list.size() / kLeft + 1;
+      std::nth_element(list.begin(), list.begin() + static_cast<ptrdiff_t>(left), list.end(),
+                       better);
+      list.resize(left);
+      list.shrink_to_fit();
+      for (Candidate& c : list) c.score = Fit(field, turned, kFewSamples, at(c));
     }
     const size_t keep = std::min(list.size(), 4 * kLookedAtTwice / headings);
     std::partial_sort(list.begin(), list.begin() + static_cast<ptrdiff_t>(keep), list.end(),
@@ -250,21 +289,21 @@ GlobalSearch SearchGlobally(const model::PlanningView& model, const Corresponden
   const Eigen::Vector2d size = model.bounds().max.cast<double>().head<2>() * h - low;
   const int columns = static_cast<int>(size.x() / kPlaceStep) + 1;
   const int rows = static_cast<int>(size.y() / kPlaceStep) + 1;
-  const double places = static_cast<double>(columns) * static_cast<double>(rows);
-  if (places * static_cast<double>(lattice.heights.size()) * kHeadings > kMostCandidates) {
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      const Eigen::Vector2d place(low.x() + (column + 0.5) * kPlaceStep,
+                                  low.y() + (row + 0.5) * kPlaceStep);
+      if (NearKnown(model, place, lattice.heights)) lattice.places.push_back(place);
+    }
+  }
+  if (lattice.places.size() * lattice.heights.size() * kHeadings > kMostCandidates) {
     search.why_not =
         absl::StrFormat("the site (%.0f x %.0f m) is too large to be searched", size.x(), size.y());
     return search;
   }
-  for (int row = 0; row < rows; ++row) {
-    for (int column = 0; column < columns; ++column) {
-      lattice.places.emplace_back(low.x() + (column + 0.5) * kPlaceStep,
-                                  low.y() + (row + 0.5) * kPlaceStep);
-    }
-  }
   lattice.headings.resize(kHeadings);
   std::iota(lattice.headings.begin(), lattice.headings.end(), 0);
-  if (lattice.heights.empty() || surface.samples.size() < kFewSamples) {
+  if (lattice.places.empty() || lattice.heights.empty() || surface.samples.size() < kFewSamples) {
     search.why_not = "too little surface to look for its place";
     return search;
   }
@@ -307,7 +346,7 @@ std::vector<Eigen::Isometry3d> SearchAround(const model::PlanningView& model,
     if (turn <= reach.turn + 1e-9) lattice.headings.push_back(heading);
   }
   const auto most =
-      static_cast<double>(kMostCandidates / (lattice.heights.size() * lattice.headings.size()));
+      static_cast<double>(kMostAround / (lattice.heights.size() * lattice.headings.size()));
   const double radius = std::min(reach.shift, kPlaceStep * std::sqrt(most / sensor::kPi));
   const int steps = static_cast<int>(radius / kPlaceStep);
   for (int y = -steps; y <= steps; ++y) {

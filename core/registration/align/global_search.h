@@ -22,10 +22,10 @@ struct GlobalSearch {
   std::string why_not;                    // in words, when there are no places
 };
 
-// Tries a lattice of places and headings all over the model: heights from the floors that model and
-// scan show, or from where scanners stood. `field` covers the model. The work is bounded: a site of
-// more than a million candidates (2,000 m^2 with floors at one height) is not searched, and the
-// answer says so.
+// Tries a lattice of places and headings all over the model, where its space is known and three
+// metres beyond: heights from the floors that model and scan show, or from where scanners stood.
+// `field` covers the model. The work is bounded: a site of more than 16 million candidates (10,000
+// m^2 with floors at three heights) is not searched, and the answer says so.
 GlobalSearch SearchGlobally(const model::PlanningView& model, const CorrespondenceField& field,
                             const ScanSurface& surface, double spacing,
                             parallel::Parallel& parallel);

@@ -4,11 +4,19 @@
 
 #include <Eigen/Geometry>
 #include <cstddef>
+#include <vector>
 
 #include "core/registration/bound/verdict.h"
 #include "core/sensor/pose_prior.h"
 
 namespace vantage::registration {
+
+// Another pose at which a scan fits, and that nothing known refutes.
+struct OtherPose {
+  Eigen::Isometry3d T_world_scan = Eigen::Isometry3d::Identity();
+  double fit_share = 0;  // of what fits at the aligned pose; may be more than 1 by little
+  double distance = 0;   // m, between the scanner's places
+};
 
 // An alignment and its evidence.
 struct RegistrationResult {
@@ -25,6 +33,9 @@ struct RegistrationResult {
   Eigen::Vector3d centroid = Eigen::Vector3d::Zero();  // of the overlap, m, world
   double seconds = 0;
   RegistrationVerdict verdict;
+  // Where the scan may have been made instead, the best fit first; empty unless the verdict rests
+  // on that (RegistrationBasis::kRivalPose is among its reasons).
+  std::vector<OtherPose> other_poses;
 };
 
 }  // namespace vantage::registration

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "core/model/partial_model.h"
 #include "core/parallel/thread_pool.h"
 #include "core/registration/global_registration.h"
 #include "tests/core/registration/box_scene.h"
@@ -82,6 +83,25 @@ TEST(GlobalRegistration, SameBytesForAnyNumberOfThreads) {
   EXPECT_EQ(a->T_world_scan.matrix(), b->T_world_scan.matrix());
   EXPECT_EQ(a->covariance, b->covariance);
   EXPECT_EQ(a->verdict.reason, b->verdict.reason);
+}
+
+// Two rooms on a site of 90 x 70 m, which has places enough for an hour if all were tried.
+TEST(GlobalRegistration, ARoomFarAcrossALargeSiteIsFound) {
+  parallel::ThreadPool pool(2);
+  const Eigen::Vector3d away(80, 60, 0);
+  const BoxScene near = FurnishedRoom(1);
+  const BoxScene far = FurnishedRoom(2);
+  const auto moved = [&](Eigen::Isometry3d pose) { return pose.pretranslate(away); };
+  const auto partial = model::PartialModel::Create({}).value();
+  const Eigen::Isometry3d first = PoseAt({-1, -0.6, 1.4}, 0.3);
+  partial->Insert("near", ScanScene(near, first, {}, 1), first, pool).value();
+  partial->Insert("far", ScanScene(far, first, {}, 2), moved(first), pool).value();
+  const Eigen::Isometry3d truth = PoseAt({0.6, -0.3, 1.5}, 2.0);
+  const sensor::Scan scan = ScanScene(far, truth, {}, 3);
+  const auto result = RegisterGlobally(*partial->Publish(), scan, first, {}, pool);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_TRUE(result->verdict.registered()) << result->verdict.reason;
+  EXPECT_LT(Off(result->T_world_scan, moved(truth)), 0.01);
 }
 
 }  // namespace

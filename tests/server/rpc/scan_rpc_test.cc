@@ -341,6 +341,36 @@ TEST_F(ScanRpc, DoubtfulIsKeptUntilSomebodyDecides) {
   EXPECT_EQ(fixture::InfoOf(again).reason(), "SCAN_STATE");
 }
 
+TEST_F(ScanRpc, AnotherPoseThatFitsAsWellMayBeAccepted) {
+  const std::string session = server_.OpenRoom("job");
+  script_.SetVerdict(registration::RegistrationOutcome::kDoubtful);
+  const v1::PosePrior prior = fixture::PriorAt(0.3, 0.2, 0);
+  const v1::Upload upload = server_.Send(session, fixture::EncodedRoom({2.3, 1.7, 1.4}), &prior);
+  const v1::Scan doubtful = server_.WaitFor(session, upload.scan(), v1::SCAN_STATE_DOUBTFUL);
+  ASSERT_EQ(doubtful.registration().other_poses_size(), 1);
+  const v1::OtherPose& other = doubtful.registration().other_poses(0);
+  EXPECT_EQ(other.distance_m(), fixture::Script::kOtherPoseAway);
+  EXPECT_EQ(other.fit_share(), 0.9);
+
+  v1::AcceptScanRequest accept;
+  accept.set_name(upload.scan());
+  for (const int wrong : {-1, 2}) {
+    accept.set_other_pose(wrong);
+    grpc::ClientContext context;
+    v1::AcceptScanResponse response;
+    const grpc::Status refused = server_.scans->AcceptScan(&context, accept, &response);
+    EXPECT_EQ(refused.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+    EXPECT_THAT(refused.error_message(), testing::HasSubstr("other_pose"));
+  }
+  accept.set_other_pose(1);
+  grpc::ClientContext context;
+  v1::AcceptScanResponse response;
+  EXPECT_TRUE(server_.scans->AcceptScan(&context, accept, &response).ok());
+  const v1::Scan merged = server_.WaitFor(session, upload.scan(), v1::SCAN_STATE_MERGED);
+  EXPECT_EQ(merged.pose_source(), v1::POSE_SOURCE_ACCEPTED);
+  EXPECT_EQ(merged.pose().translation().x(), other.pose().translation().x());
+}
+
 TEST_F(ScanRpc, APoseMaySetAndAScanBeWithdrawn) {
   const std::string session = server_.OpenRoom("job");
   const v1::PosePrior prior = fixture::PriorAt(0.3, 0.2, 0);

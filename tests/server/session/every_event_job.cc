@@ -130,7 +130,7 @@ class Job {
     accept.set_request_id("accept-1");
     ASSERT_TRUE(
         session_->scans()
-            .Accept(accept.name(), RequestKey::Of(accept.request_id(), "AcceptScan", accept))
+            .Accept(accept.name(), 0, RequestKey::Of(accept.request_id(), "AcceptScan", accept))
             .ok());
     Rest();
     verdict_ = registration::RegistrationOutcome::kFailed;
