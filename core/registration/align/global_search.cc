@@ -36,6 +36,8 @@ constexpr size_t kPlaces = 160;       // places from which alignments start
 constexpr size_t kPlacesAround = 16;  // around a prior, beside the starts there
 // Of a prior, as far as it may be wrong: one in ninety is farther off on a plane.
 constexpr double kSigmas = 3;
+// m: whoever knows less knows nothing, and is served as well without a prior.
+constexpr double kMostShift = 200;
 // m and headings between places: places nearer than a step lead to the same minimum.
 constexpr double kNotTheSame = 0.30;
 constexpr int kHeadingsNotTheSame = 2;
@@ -316,9 +318,12 @@ PriorReach ReachOf(const sensor::PosePrior& prior) {
   if (!prior.covariance.has_value()) return reach;
   const sensor::Matrix6d& covariance = *prior.covariance;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> horizontal(covariance.block<2, 2>(3, 3));
-  reach.shift = kSigmas * std::sqrt(std::max(0.0, horizontal.eigenvalues()[1]));
-  reach.rise = kSigmas * std::sqrt(std::max(0.0, covariance(5, 5)));
-  reach.turn = kSigmas * std::sqrt(std::max(0.0, covariance(2, 2)));
+  const auto sigmas = [](double variance, double most) {
+    return std::min(kSigmas * std::sqrt(std::max(0.0, variance)), most);
+  };
+  reach.shift = sigmas(horizontal.eigenvalues()[1], kMostShift);
+  reach.rise = sigmas(covariance(5, 5), kMostShift);
+  reach.turn = sigmas(covariance(2, 2), sensor::kPi);
   return reach;
 }
 

@@ -36,8 +36,8 @@ struct PriorReach {
   double rise = 0.15;                 // m, up and down
   double turn = sensor::Radians(15);  // rad, about the vertical
 };
-// Three standard deviations. Of a prior that does not say how good it is, these: people show a spot
-// on a plan to half a metre, and a heading to five degrees.
+// Three standard deviations, at most 200 m. Of a prior that does not say how good it is, these:
+// people show a spot on a plan to half a metre, and a heading to five degrees.
 PriorReach ReachOf(const sensor::PosePrior& prior);
 
 // The same around a prior, as far as it may be wrong: a lattice of places and headings. The best

@@ -88,5 +88,24 @@ TEST(Rivals, APriorThatMayBeMetresOffFindsTheOnlyPlace) {
   }
 }
 
+// A caller may state any covariance.
+TEST(Rivals, APriorThatKnowsNothingIsAnswered) {
+  parallel::ThreadPool pool(2);
+  const BoxScene scene = FurnishedRoom(2);
+  const auto model = ModelFromScan(scene, PoseAt({-0.6, 0.3, 1.4}, 0), {}, 5);
+  const Eigen::Isometry3d truth = PoseAt({0.5, -0.2, 1.45}, 0.6);
+  const sensor::Scan scan = ScanScene(scene, truth, {}, 6);
+  for (const double sigma : {1e4, 1e100}) {
+    sensor::PosePrior prior = PriorAt(truth, {1, 2, 0.1}, sigma);
+    (*prior.covariance)(2, 2) = (*prior.covariance)(5, 5) = sigma * sigma;
+    const auto result = Register(*model, scan, prior, {}, pool);
+    ASSERT_TRUE(result.ok()) << result.status();
+    EXPECT_TRUE(result->T_world_scan.matrix().allFinite());
+    if (result->verdict.registered()) {
+      EXPECT_LT((result->T_world_scan.translation() - truth.translation()).norm(), 0.003);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace vantage::registration
