@@ -350,8 +350,8 @@ std::vector<Eigen::Isometry3d> SearchAround(const model::PlanningView& model,
     const double turn = 2 * sensor::kPi * std::min(heading, kHeadings - heading) / kHeadings;
     if (turn <= reach.turn + 1e-9) lattice.headings.push_back(heading);
   }
-  const auto most =
-      static_cast<double>(kMostAround / (lattice.heights.size() * lattice.headings.size()));
+  const size_t each = lattice.heights.size() * lattice.headings.size();
+  const double most = static_cast<double>(kMostAround) / static_cast<double>(each);
   const double radius = std::min(reach.shift, kPlaceStep * std::sqrt(most / sensor::kPi));
   const int steps = static_cast<int>(radius / kPlaceStep);
   for (int y = -steps; y <= steps; ++y) {
