@@ -239,15 +239,15 @@ std::string ScanReport(const v1::Scan& scan) {
                           r.correspondence_count(), Length(r.rms_residual_m()),
                           Length(r.expected_residual_m()), r.contradiction_share() * 100,
                           r.iteration_count(), Seconds(r.duration()));
-    const bool open = !scan.has_pose() && r.other_poses_size() > 0;
+    const bool open = !scan.has_pose() && r.rival_poses_size() > 0;
     if (!scan.has_pose()) {
       absl::StrAppend(&out, open ? "  pose 1    " : "            at ", Text(r.pose()), "\n");
     }
-    for (int i = 0; open && i < r.other_poses_size(); ++i) {
-      const v1::OtherPose& other = r.other_poses(i);
+    for (int i = 0; open && i < r.rival_poses_size(); ++i) {
+      const v1::RivalPose& rival = r.rival_poses(i);
       absl::StrAppendFormat(&out, "  pose %d    %s: %s away, fits %.0f %% as well\n", i + 2,
-                            Text(other.pose()), Length(other.distance_m()),
-                            100 * other.fit_share());
+                            Text(rival.pose()), Length(rival.distance_m()),
+                            100 * rival.fit_share());
     }
     if (open) {
       absl::StrAppendFormat(

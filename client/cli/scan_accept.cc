@@ -16,7 +16,7 @@ absl::StatusOr<ExitCode> RunScanAccept(Environment& environment,
                                        const ScanAcceptArguments& arguments) {
   v1::AcceptScanRequest request;
   request.set_name(client::ScanName(arguments.scan));
-  request.set_other_pose(arguments.pose - 1);
+  request.set_rival_pose(arguments.pose - 1);
   const auto accepted = environment.client().Call(request);
   if (!accepted.ok()) return accepted.status();
   const auto scan = environment.client().WaitForScan(request.name(), [](const v1::Scan&) {});

@@ -155,10 +155,10 @@ RegistrationResult RegisterReturns(const model::PlanningView& model, const senso
     result = QualifyNearPrior(model, surface, alignment, prior, config, targets, parallel);
   }
   // A person may take one of them: it is to be as good as the aligned one.
-  for (OtherPose& other : result.other_poses) {
+  for (RivalPose& rival : result.rival_poses) {
     Alignment there;
-    there.T_world_scan = other.T_world_scan;
-    other.T_world_scan =
+    there.T_world_scan = rival.T_world_scan;
+    rival.T_world_scan =
         Refine(model, surface, std::move(there), PriorTerm(guess, targets), config, parallel)
             .T_world_scan;
   }

@@ -193,8 +193,8 @@ absl::Status CheckRequest(const v1::CreateUploadRequest& request, const contract
 absl::Status CheckRequest(const v1::AcceptScanRequest& request) {
   contract::Violations violations;
   CheckRequestId(request.request_id(), violations);
-  if (request.other_pose() < 0) {
-    violations.Add("other_pose", absl::StrCat("is ", request.other_pose(),
+  if (request.rival_pose() < 0) {
+    violations.Add("rival_pose", absl::StrCat("is ", request.rival_pose(),
                                               "; 0 is the aligned pose, the others count from 1"));
   }
   return violations.ToStatus();

@@ -222,11 +222,11 @@ v1::Registration WriteRegistration(const registration::RegistrationResult& resul
   *out.mutable_duration() = WriteDuration(result.seconds);
   *out.mutable_verdict() = WriteVerdict(result.verdict);
   out.set_model_version(model_version);
-  for (const registration::OtherPose& other : result.other_poses) {
-    v1::OtherPose& to = *out.add_other_poses();
-    *to.mutable_pose() = WritePose(other.T_world_scan, origin);
-    to.set_fit_share(other.fit_share);
-    to.set_distance_m(other.distance);
+  for (const registration::RivalPose& rival : result.rival_poses) {
+    v1::RivalPose& to = *out.add_rival_poses();
+    *to.mutable_pose() = WritePose(rival.T_world_scan, origin);
+    to.set_fit_share(rival.fit_share);
+    to.set_distance_m(rival.distance);
   }
   return out;
 }

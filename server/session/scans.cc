@@ -78,7 +78,7 @@ void Scans::Complete(v1::Scan& scan) const {
   context_.lost_scans().Describe(scan);
 }
 
-absl::StatusOr<v1::Scan> Scans::Accept(const std::string& name, int other_pose,
+absl::StatusOr<v1::Scan> Scans::Accept(const std::string& name, int rival_pose,
                                        const RequestKey& key) {
   absl::StatusOr<std::string> accepted =
       journal_.Execute(key, [&](const SessionState& state) -> absl::StatusOr<Draft> {
@@ -93,11 +93,11 @@ absl::StatusOr<v1::Scan> Scans::Accept(const std::string& name, int other_pose,
                             "accepted; give it a pose with SetScanPose");
         }
         const v1::Registration& registration = scan.registration();
-        if (other_pose > registration.other_poses_size()) {
+        if (rival_pose > registration.rival_poses_size()) {
           contract::Violations violations;
-          violations.Add("other_pose",
-                         absl::StrCat("is ", other_pose, "; the registration of ", name, " names ",
-                                      registration.other_poses_size(), " other poses"));
+          violations.Add("rival_pose",
+                         absl::StrCat("is ", rival_pose, "; the registration of ", name, " names ",
+                                      registration.rival_poses_size(), " of them"));
           return violations.ToStatus();
         }
         Draft draft;
@@ -106,7 +106,7 @@ absl::StatusOr<v1::Scan> Scans::Accept(const std::string& name, int other_pose,
         next.set_state(v1::SCAN_STATE_MERGING);
         next.clear_state_message();
         *next.mutable_pose() =
-            other_pose == 0 ? registration.pose() : registration.other_poses(other_pose - 1).pose();
+            rival_pose == 0 ? registration.pose() : registration.rival_poses(rival_pose - 1).pose();
         next.set_pose_source(v1::POSE_SOURCE_ACCEPTED);
         *next.mutable_update_time() = conversion::WriteTime(journal_.Now());
         return draft;

@@ -30,10 +30,10 @@ class Scans {
   absl::StatusOr<std::vector<v1::Scan>> List(
       absl::string_view after, size_t limit, bool& more,
       const v1::ListScansRequest& filter = v1::ListScansRequest()) const;
-  // Merges a doubtful or failed scan as it was aligned (`other_pose` 0), or at one of the other
+  // Merges a doubtful or failed scan as it was aligned (`rival_pose` 0), or at one of the other
   // poses that its registration names, from 1; at least 0. FAILED_PRECONDITION (SCAN_STATE) for
-  // others; so below. INVALID_ARGUMENT naming `other_pose` where there are not so many.
-  absl::StatusOr<v1::Scan> Accept(const std::string& name, int other_pose, const RequestKey& key);
+  // others; so below. INVALID_ARGUMENT naming `rival_pose` where there are not so many.
+  absl::StatusOr<v1::Scan> Accept(const std::string& name, int rival_pose, const RequestKey& key);
   // Aligns the scan anew from the prior, or merges it where the prior says. The message of the
   // prior is what the log stores.
   absl::StatusOr<v1::Scan> SetPose(const std::string& name, const v1::PosePrior& prior, bool as_is,

@@ -6,7 +6,8 @@
 
 #include "core/registration/align/align_stages.h"
 #include "core/registration/align/correspondence_field.h"
-#include "core/registration/align/global_search.h"
+#include "core/registration/align/prior_search.h"
+#include "core/registration/align/space_agreement.h"
 #include "core/registration/align/voxel_search.h"
 #include "core/sensor/scanner_model.h"
 
@@ -112,7 +113,7 @@ Alignment Align(const model::PlanningView& model, const ScanSurface& surface,
       model, {at - Eigen::Vector3d::Constant(radius), at + Eigen::Vector3d::Constant(radius)});
   std::vector<Eigen::Isometry3d> starts = StartsAroundPrior(prior);
   const std::vector<Eigen::Isometry3d> places =
-      SearchAround(model, field, surface, config.sample_spacing, prior, parallel);
+      SearchAroundPrior(model, field, surface, config.sample_spacing, prior, parallel);
   starts.insert(starts.end(), places.begin(), places.end());
   return AlignFrom(model, field, search, surface, prior, StartKind::kAroundPrior, starts, config,
                    parallel, targets);
@@ -148,7 +149,7 @@ Alignment AlignFrom(const model::PlanningView& model, const CorrespondenceField&
     m.score = ScorePose(search, First(surface, kScoreSamples), m.T_world_scan);
     const std::span<const SurfaceSample> in_space = First(surface, kSpaceSamples);
     const SpaceAgreement space =
-        Sum(in_space, CompareSamples(model, search, in_space, m.T_world_scan, serial));
+        AgreementOf(in_space, CompareSamples(model, search, in_space, m.T_world_scan, serial));
     const double met = space.fitting + space.contradicting;
     if (met > 0) m.score *= 1 - space.contradicting / met;
   });
@@ -209,80 +210,6 @@ std::vector<Correspondence> FindCorrespondences(const VoxelSearch& search,
     all.insert(all.end(), chunk.begin(), chunk.end());
   }
   return all;
-}
-
-std::vector<SampleAgreement> CompareSamples(const model::PlanningView& model,
-                                            const VoxelSearch& search,
-                                            std::span<const SurfaceSample> samples,
-                                            const Eigen::Isometry3d& T_world_scan,
-                                            parallel::Parallel& parallel) {
-  const double h = model.voxel_size();
-  const Eigen::Vector3d origin = T_world_scan.translation();
-  // A sample this far behind a surface has gone through it: more than twice the reach of a match
-  // (kFineReach). Holds while the noise is below half a voxel.
-  const double behind = 4 * h;
-  // Voxels to all sides that have to be empty, too: a voxel more than a match reaches (kFineReach).
-  // Surface nearby may be the sample's own, moved or blurred.
-  constexpr int kFreeAround = 2;
-  constexpr double kFromScanner = 0.3;  // m: nearer there is only the tripod
-  constexpr double kFacing = 0.3;       // cosine: flatter, and the voxel that is met is a guess
-  constexpr double kThrough = 0.4;      // voxels from a ray to a centroid, that it met the voxel
-  const auto compare = [&](const SurfaceSample& s) {
-    const Eigen::Vector3d point = T_world_scan * s.point.cast<double>();
-    const Eigen::Vector3d normal = T_world_scan.linear() * s.normal.cast<double>();
-    if (search.Find(point, normal).voxel != nullptr) return SampleAgreement::kFits;
-    const model::VoxelIndex at = model.At(point);
-    bool free = model.Empty(at);
-    for (int z = -kFreeAround; free && z <= kFreeAround; ++z) {
-      for (int y = -kFreeAround; free && y <= kFreeAround; ++y) {
-        for (int x = -kFreeAround; free && x <= kFreeAround; ++x) {
-          free = model.Empty(at + model::VoxelIndex(x, y, z));
-        }
-      }
-    }
-    bool contradicts = free;
-    const Eigen::Vector3d ray = point - origin;
-    const double length = ray.norm();
-    const Eigen::Vector3d direction = ray / length;
-    model::VoxelIndex last = model::VoxelIndex::Constant(INT32_MIN);
-    for (double t = kFromScanner; !contradicts && t < length - behind; t += 0.5 * h) {
-      const model::VoxelIndex v = model.At(origin + t * direction);
-      if (v == last) continue;
-      last = v;
-      if (model.State(v) != model::VoxelState::kTrueSurface) continue;
-      const std::optional<model::SurfaceVoxel> voxel = model.Surface(v);
-      const Eigen::Vector3d n = voxel->normal.cast<double>();
-      if (voxel->samples == 0 || n.dot(direction) > -kFacing) continue;
-      const Eigen::Vector3d to = voxel->centroid.cast<double>() - origin;
-      const double off = (to - to.dot(direction) * direction).norm();
-      contradicts =
-          off < kThrough * h && n.dot(point - voxel->centroid.cast<double>()) < -0.5 * behind;
-    }
-    if (contradicts) return SampleAgreement::kContradicts;
-    const model::VoxelState state = model.State(at);
-    const bool known =
-        state == model::VoxelState::kEmpty || state == model::VoxelState::kTrueSurface;
-    return known ? SampleAgreement::kMissed : SampleAgreement::kNothingKnown;
-  };
-  const auto found = InChunks<std::vector<SampleAgreement>>(
-      samples, parallel,
-      [&](const SurfaceSample& s, std::vector<SampleAgreement>& of) { of.push_back(compare(s)); });
-  std::vector<SampleAgreement> all;
-  all.reserve(samples.size());
-  for (const std::vector<SampleAgreement>& chunk : found) {
-    all.insert(all.end(), chunk.begin(), chunk.end());
-  }
-  return all;
-}
-
-SpaceAgreement Sum(std::span<const SurfaceSample> samples,
-                   std::span<const SampleAgreement> agreements) {
-  SpaceAgreement sum;
-  for (size_t i = 0; i < samples.size(); ++i) {
-    if (agreements[i] == SampleAgreement::kFits) sum.fitting += samples[i].cells;
-    if (agreements[i] == SampleAgreement::kContradicts) sum.contradicting += samples[i].cells;
-  }
-  return sum;
 }
 
 }  // namespace vantage::registration

@@ -5,7 +5,6 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -83,23 +82,6 @@ std::vector<Correspondence> FindCorrespondences(const VoxelSearch& search,
                                                 const Eigen::Isometry3d& T_world_scan,
                                                 const RegistrationConfig& config,
                                                 parallel::Parallel& parallel);
-
-// How a sample of a pose agrees with what is known. It contradicts when it lies well inside
-// known-empty space, or when its ray has passed through true surface before. It is missed where the
-// space is known, holds nothing that it fits, and does not contradict so clearly.
-enum class SampleAgreement : uint8_t { kNothingKnown, kFits, kMissed, kContradicts };
-std::vector<SampleAgreement> CompareSamples(const model::PlanningView& model,
-                                            const VoxelSearch& search,
-                                            std::span<const SurfaceSample> samples,
-                                            const Eigen::Isometry3d& T_world_scan,
-                                            parallel::Parallel& parallel);
-struct SpaceAgreement {
-  double fitting = 0;        // samples of the image that lie on true surface
-  double contradicting = 0;  // samples of the image that contradict
-};
-// Of the samples, as CompareSamples() has them.
-SpaceAgreement Sum(std::span<const SurfaceSample> samples,
-                   std::span<const SampleAgreement> agreements);
 
 }  // namespace vantage::registration
 

@@ -11,8 +11,6 @@
 #include "core/parallel/parallel.h"
 #include "core/registration/align/correspondence_field.h"
 #include "core/registration/align/scan_surface.h"
-#include "core/sensor/pose_prior.h"
-#include "core/sensor/scanner_model.h"
 
 namespace vantage::registration {
 
@@ -29,24 +27,6 @@ struct GlobalSearch {
 GlobalSearch SearchGlobally(const model::PlanningView& model, const CorrespondenceField& field,
                             const ScanSurface& surface, double spacing,
                             parallel::Parallel& parallel);
-
-// How far a prior may be wrong.
-struct PriorReach {
-  double shift = 1.5;                 // m, across the floor
-  double rise = 0.15;                 // m, up and down
-  double turn = sensor::Radians(15);  // rad, about the vertical
-};
-// Three standard deviations, at most 200 m. Of a prior that does not say how good it is, these:
-// people show a spot on a plan to half a metre, and a heading to five degrees.
-PriorReach ReachOf(const sensor::PosePrior& prior);
-
-// The same around a prior, as far as it may be wrong: a lattice of places and headings. The best
-// ones. `field` covers what they reach.
-std::vector<Eigen::Isometry3d> SearchAround(const model::PlanningView& model,
-                                            const CorrespondenceField& field,
-                                            const ScanSurface& surface, double spacing,
-                                            const sensor::PosePrior& prior,
-                                            parallel::Parallel& parallel);
 
 }  // namespace vantage::registration
 

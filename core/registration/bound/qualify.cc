@@ -9,9 +9,10 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "core/registration/align/align_stages.h"
 #include "core/registration/align/pose_step.h"
+#include "core/registration/align/space_agreement.h"
 #include "core/registration/bound/judge.h"
+#include "core/registration/bound/rivals.h"
 
 namespace vantage::registration {
 namespace {
@@ -20,8 +21,6 @@ namespace {
 constexpr size_t kFewestCorrespondences = 50;
 // Samples: a share of 8 % that contradicts is then known to 0.35 %, one sigma.
 constexpr size_t kSpaceSamples = 6000;
-// Samples that tell how far poses are apart, to 4 %.
-constexpr size_t kDistanceSamples = 500;
 // Residuals beyond this many robust standard deviations are not noise; of Gaussian noise 1 in
 // 16,000 is.
 constexpr double kInlierDeviations = 4.0;
@@ -40,30 +39,6 @@ constexpr double kResidualVoxels = 0.4;
 // % (align_test). Beyond 40 % no furniture explains it. Shares of surface, for any scanner.
 constexpr double kContradictionDoubtful = 0.08;
 constexpr double kContradictionFailed = 0.40;
-// A rival minimum this near to the best one (m, rms over the scan's surface) makes the scan
-// doubtful when it explains this share of what the best one explains. By chance two scores, of 4000
-// samples each, differ by 1 %; the rest allows for what the scan sees differently from either
-// place, and is a choice. So near, a sample does not get into space that is known to be empty for
-// two voxels all around it, and nothing would seem to speak against a pose.
-constexpr double kNearRival = 0.6;
-constexpr double kRivalShare = 0.85;
-// One farther off does so by explaining much less, where what holds the scan holds it there, too,
-// and nothing speaks against it: where a site repeats itself and the model ends, the right pose
-// explains less than one that lies a bay nearer to what was scanned, and unknown space refutes
-// nothing. Of the samples that notice the move and hold the scan where it fits best, twins hold 55
-// % and more; a scan that slides into the unknown along floor and a wall, 0 to 30 %, which happens
-// in doorways.
-constexpr double kLeastRivalShare = 0.4;
-constexpr double kLeastHeld = 0.5;
-// What speaks against a pose are the samples that fit at the best one and not here, where space is
-// known, less those that do the reverse: people who walked by fit nowhere. Of those that fit at the
-// best one, these shares contradict, or are missed or contradict: where no twin is, 8 % and 10 %
-// and more; at twins at most 0.4 % and 5 % (corridors with pillars, parking decks, flats and
-// offices; verdict_bench). A car that left for the next bay is 2 %; what is not deeper than two
-// voxels, such as a shallow pilaster, is missed and never contradicts.
-constexpr double kContradictsRival = 0.03;
-constexpr double kRefutesRival = 0.10;
-
 double Median(std::vector<double> values) {
   if (values.empty()) return 0;
   const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
@@ -164,52 +139,6 @@ const TargetTie* WrongTarget(const RegistrationResult& result, std::span<const T
   return wrong;
 }
 
-// What the samples say of another pose than the best one.
-class OtherEvidence {
- public:
-  OtherEvidence(std::span<const SurfaceSample> samples, const Eigen::Isometry3d& best,
-                std::span<const SampleAgreement> at_best, const Eigen::Isometry3d& other,
-                std::span<const SampleAgreement> at_other) {
-    for (size_t i = 0; i < samples.size(); ++i) {
-      const bool fits_best = at_best[i] == SampleAgreement::kFits;
-      const bool fits_other = at_other[i] == SampleAgreement::kFits;
-      fit_ += fits_best ? 1 : 0;
-      if (fits_best) Count(at_other[i], 1);
-      if (fits_other) Count(at_best[i], -1);
-      const Eigen::Vector3d point = samples[i].point.cast<double>();
-      const Eigen::Vector3d move = other * point - best * point;
-      const Eigen::Vector3d normal = best.linear() * samples[i].normal.cast<double>();
-      if (std::abs(normal.dot(move)) < kApart) continue;
-      held_best_ += fits_best ? 1 : 0;
-      held_other_ += fits_other ? 1 : 0;
-    }
-  }
-
-  // What holds a scan against the move from one to the other holds it at the other, too: not floor
-  // and a wall alone, along which it slides into space that nobody knows.
-  bool Holds() const { return held_other_ >= kLeastHeld * held_best_; }
-  bool Refuted() const {
-    return contradicts_ >= kContradictsRival * fit_ || against_ >= kRefutesRival * fit_;
-  }
-
- private:
-  void Count(SampleAgreement there, double sign) {
-    if (there == SampleAgreement::kContradicts) contradicts_ += sign;
-    if (there == SampleAgreement::kContradicts || there == SampleAgreement::kMissed) {
-      against_ += sign;
-    }
-  }
-
-  double fit_ = 0;  // samples, at the best pose
-  // Samples: that fit at the best pose, and contradict, or contradict or are missed, at the other,
-  // less those that do the reverse.
-  double contradicts_ = 0;
-  double against_ = 0;
-  // That fit, among those that notice the move.
-  double held_best_ = 0;
-  double held_other_ = 0;
-};
-
 }  // namespace
 
 Qualification Qualify(const model::PlanningView& model, const ScanSurface& surface,
@@ -260,7 +189,7 @@ Qualification Qualify(const model::PlanningView& model, const ScanSurface& surfa
                                                 std::min(kSpaceSamples, surface.samples.size()));
   const std::vector<SampleAgreement> agreements =
       CompareSamples(model, search, in_space, alignment.T_world_scan, parallel);
-  const SpaceAgreement space = Sum(in_space, agreements);
+  const SpaceAgreement space = AgreementOf(in_space, agreements);
   const double met = space.fitting + space.contradicting;
   result.contradiction_share = met > 0 ? space.contradicting / met : 0.0;
   if (result.contradiction_share > kContradictionDoubtful) {
@@ -275,34 +204,16 @@ Qualification Qualify(const model::PlanningView& model, const ScanSurface& surfa
   // When the shape leaves a direction open, poses along it fit equally well, which the bound says
   // already.
   const bool firm = verdict.judged_bound <= config.required_accuracy;
-  const std::span<const SurfaceSample> few(surface.samples.data(),
-                                           std::min(kDistanceSamples, surface.samples.size()));
-  const auto open = [&](const Minimum& other) {
-    const double explained = other.score / alignment.score;
-    if (SurfaceDistance(other.T_world_scan, alignment.T_world_scan, few) < kNearRival) {
-      return explained > kRivalShare;
-    }
-    if (explained < kLeastRivalShare) return false;
-    const VoxelSearch there(model, BoxOf(surface, other.T_world_scan));
-    const OtherEvidence evidence(
-        in_space, alignment.T_world_scan, agreements, other.T_world_scan,
-        CompareSamples(model, there, in_space, other.T_world_scan, parallel));
-    return evidence.Holds() && !evidence.Refuted();
-  };
   if (firm) {
-    for (const Minimum& other : alignment.rivals) {
-      if (!open(other)) continue;
-      result.other_poses.push_back(
-          {other.T_world_scan, other.score / alignment.score,
-           (other.T_world_scan.translation() - alignment.T_world_scan.translation()).norm()});
-    }
+    const SamplesAtBest at_best{in_space, agreements};
+    result.rival_poses = OpenRivals(model, surface, alignment, at_best, parallel);
   }
-  if (!result.other_poses.empty()) {
-    const OtherPose& first = result.other_poses.front();
+  if (!result.rival_poses.empty()) {
+    const RivalPose& first = result.rival_poses.front();
     // What is stated has to hold whichever of them is right.
     double farthest = 0;
-    for (const OtherPose& other : result.other_poses) {
-      farthest = std::max(farthest, other.distance);
+    for (const RivalPose& rival : result.rival_poses) {
+      farthest = std::max(farthest, rival.distance);
     }
     verdict.error_bound += farthest;
     verdict.rigorous_bound = std::max(verdict.rigorous_bound, verdict.error_bound);

@@ -12,7 +12,7 @@
 namespace vantage::registration {
 
 // Another pose at which a scan fits, and that nothing known refutes.
-struct OtherPose {
+struct RivalPose {
   Eigen::Isometry3d T_world_scan = Eigen::Isometry3d::Identity();
   double fit_share = 0;  // of what fits at the aligned pose; may be more than 1 by little
   double distance = 0;   // m, between the scanner's places
@@ -35,7 +35,7 @@ struct RegistrationResult {
   RegistrationVerdict verdict;
   // Where the scan may have been made instead, the best fit first; empty unless the verdict rests
   // on that (RegistrationBasis::kRivalPose is among its reasons).
-  std::vector<OtherPose> other_poses;
+  std::vector<RivalPose> rival_poses;
 };
 
 }  // namespace vantage::registration

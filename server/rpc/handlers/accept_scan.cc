@@ -13,7 +13,7 @@ absl::StatusOr<v1::AcceptScanResponse> AcceptScan(const session::TenantSessions&
   if (!session.ok()) return session.status();
   if (absl::Status valid = conversion::CheckRequest(request); !valid.ok()) return valid;
   absl::StatusOr<v1::Scan> scan = (*session)->scans().Accept(
-      request.name(), request.other_pose(),
+      request.name(), request.rival_pose(),
       session::RequestKey::Of(request.request_id(), "AcceptScan", request));
   if (!scan.ok()) return scan.status();
   v1::AcceptScanResponse response;

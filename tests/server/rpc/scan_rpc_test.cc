@@ -32,6 +32,13 @@ class ScanRpc : public testing::Test {
     EXPECT_TRUE(server_.sessions->GetSession(&context, request, &response).ok());
     return response.session();
   }
+  // A scan that waits for somebody to decide.
+  v1::Scan SendInDoubt(const std::string& session) {
+    script_.SetVerdict(registration::RegistrationOutcome::kDoubtful);
+    const v1::PosePrior prior = fixture::PriorAt(0.3, 0.2, 0);
+    const v1::Upload upload = server_.Send(session, fixture::EncodedRoom({2.3, 1.7, 1.4}), &prior);
+    return server_.WaitFor(session, upload.scan(), v1::SCAN_STATE_DOUBTFUL);
+  }
   grpc::Status CreateUpload(const v1::CreateUploadRequest& request, v1::Upload& upload) {
     grpc::ClientContext context;
     v1::CreateUploadResponse response;
@@ -314,23 +321,20 @@ TEST_F(ScanRpc, OpenUploadsAreBoundedWithARetryDelay) {
 
 TEST_F(ScanRpc, DoubtfulIsKeptUntilSomebodyDecides) {
   const std::string session = server_.OpenRoom("job");
-  script_.SetVerdict(registration::RegistrationOutcome::kDoubtful);
-  const v1::PosePrior prior = fixture::PriorAt(0.3, 0.2, 0);
-  const v1::Upload upload = server_.Send(session, fixture::EncodedRoom({2.3, 1.7, 1.4}), &prior);
-  const v1::Scan doubtful = server_.WaitFor(session, upload.scan(), v1::SCAN_STATE_DOUBTFUL);
+  const v1::Scan doubtful = SendInDoubt(session);
   EXPECT_EQ(Session(session).model_version(), 1U);
   EXPECT_EQ(doubtful.state_message(), "slides along x; remedy: two targets");
   EXPECT_FALSE(doubtful.has_pose());
 
   v1::AcceptScanRequest accept;
-  accept.set_name(upload.scan());
+  accept.set_name(doubtful.name());
   accept.set_request_id("accept-1");
   for (int i = 0; i < 2; ++i) {  // the second time is the same request
     grpc::ClientContext context;
     v1::AcceptScanResponse response;
     EXPECT_TRUE(server_.scans->AcceptScan(&context, accept, &response).ok());
   }
-  const v1::Scan merged = server_.WaitFor(session, upload.scan(), v1::SCAN_STATE_MERGED);
+  const v1::Scan merged = server_.WaitFor(session, doubtful.name(), v1::SCAN_STATE_MERGED);
   EXPECT_EQ(merged.pose_source(), v1::POSE_SOURCE_ACCEPTED);
   EXPECT_EQ(merged.pose().translation().x(), 0.3);
   grpc::ClientContext context;
@@ -343,32 +347,29 @@ TEST_F(ScanRpc, DoubtfulIsKeptUntilSomebodyDecides) {
 
 TEST_F(ScanRpc, AnotherPoseThatFitsAsWellMayBeAccepted) {
   const std::string session = server_.OpenRoom("job");
-  script_.SetVerdict(registration::RegistrationOutcome::kDoubtful);
-  const v1::PosePrior prior = fixture::PriorAt(0.3, 0.2, 0);
-  const v1::Upload upload = server_.Send(session, fixture::EncodedRoom({2.3, 1.7, 1.4}), &prior);
-  const v1::Scan doubtful = server_.WaitFor(session, upload.scan(), v1::SCAN_STATE_DOUBTFUL);
-  ASSERT_EQ(doubtful.registration().other_poses_size(), 1);
-  const v1::OtherPose& other = doubtful.registration().other_poses(0);
-  EXPECT_EQ(other.distance_m(), fixture::Script::kOtherPoseAway);
-  EXPECT_EQ(other.fit_share(), 0.9);
+  const v1::Scan doubtful = SendInDoubt(session);
+  ASSERT_EQ(doubtful.registration().rival_poses_size(), 1);
+  const v1::RivalPose& rival = doubtful.registration().rival_poses(0);
+  EXPECT_EQ(rival.distance_m(), fixture::Script::kRivalPoseAway);
+  EXPECT_EQ(rival.fit_share(), 0.9);
 
   v1::AcceptScanRequest accept;
-  accept.set_name(upload.scan());
+  accept.set_name(doubtful.name());
   for (const int wrong : {-1, 2}) {
-    accept.set_other_pose(wrong);
+    accept.set_rival_pose(wrong);
     grpc::ClientContext context;
     v1::AcceptScanResponse response;
     const grpc::Status refused = server_.scans->AcceptScan(&context, accept, &response);
     EXPECT_EQ(refused.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
-    EXPECT_THAT(refused.error_message(), testing::HasSubstr("other_pose"));
+    EXPECT_THAT(refused.error_message(), testing::HasSubstr("rival_pose"));
   }
-  accept.set_other_pose(1);
+  accept.set_rival_pose(1);
   grpc::ClientContext context;
   v1::AcceptScanResponse response;
   EXPECT_TRUE(server_.scans->AcceptScan(&context, accept, &response).ok());
-  const v1::Scan merged = server_.WaitFor(session, upload.scan(), v1::SCAN_STATE_MERGED);
+  const v1::Scan merged = server_.WaitFor(session, doubtful.name(), v1::SCAN_STATE_MERGED);
   EXPECT_EQ(merged.pose_source(), v1::POSE_SOURCE_ACCEPTED);
-  EXPECT_EQ(merged.pose().translation().x(), other.pose().translation().x());
+  EXPECT_EQ(merged.pose().translation().x(), rival.pose().translation().x());
 }
 
 TEST_F(ScanRpc, APoseMaySetAndAScanBeWithdrawn) {

@@ -7,6 +7,7 @@
 
 #include "core/parallel/thread_pool.h"
 #include "core/registration/align/align.h"
+#include "core/registration/align/space_agreement.h"
 #include "core/registration/registration.h"
 #include "tests/core/registration/box_scene.h"
 #include "tests/support/runs.h"
@@ -199,9 +200,9 @@ TEST(Register, ContradictionShowsWhenSeenThroughWalls) {
   const Eigen::Isometry3d truth = PoseAt({0.3, 0.2, 1.4}, 0);
   const auto share = [&](const BoxScene& seen) {
     const ScanSurface surface = SampleSurface(ScanScene(seen, truth, {}, 10), 0.05, serial);
-    const SpaceAgreement a =
-        Sum(surface.samples, CompareSamples(*model, VoxelSearch(*model, BoxOf(surface, truth)),
-                                            surface.samples, truth, serial));
+    const SpaceAgreement a = AgreementOf(
+        surface.samples, CompareSamples(*model, VoxelSearch(*model, BoxOf(surface, truth)),
+                                        surface.samples, truth, serial));
     return a.contradicting / (a.contradicting + a.fitting);
   };
   EXPECT_LT(share(scene), 0.01);

@@ -1,0 +1,39 @@
+// How a scan's samples at a pose agree with the space that the model knows (algorithm.md section 9,
+// 'The verdict on an alignment').
+#ifndef VANTAGE_CORE_REGISTRATION_ALIGN_SPACE_AGREEMENT_H_
+#define VANTAGE_CORE_REGISTRATION_ALIGN_SPACE_AGREEMENT_H_
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/model/view/planning_view.h"
+#include "core/parallel/parallel.h"
+#include "core/registration/align/scan_surface.h"
+#include "core/registration/align/voxel_search.h"
+
+namespace vantage::registration {
+
+// How a sample of a pose agrees with what is known. It contradicts when it lies well inside
+// known-empty space, or when its ray has passed through true surface before. It is missed where the
+// space is known, holds nothing that it fits, and does not contradict so clearly.
+enum class SampleAgreement : uint8_t { kNothingKnown, kFits, kMissed, kContradicts };
+std::vector<SampleAgreement> CompareSamples(const model::PlanningView& model,
+                                            const VoxelSearch& search,
+                                            std::span<const SurfaceSample> samples,
+                                            const Eigen::Isometry3d& T_world_scan,
+                                            parallel::Parallel& parallel);
+
+// How a pose agrees with it.
+struct SpaceAgreement {
+  double fitting = 0;        // samples of the image that lie on true surface
+  double contradicting = 0;  // samples of the image that contradict
+};
+// Sums what CompareSamples() says of the samples.
+SpaceAgreement AgreementOf(std::span<const SurfaceSample> samples,
+                           std::span<const SampleAgreement> agreements);
+
+}  // namespace vantage::registration
+
+#endif  // VANTAGE_CORE_REGISTRATION_ALIGN_SPACE_AGREEMENT_H_

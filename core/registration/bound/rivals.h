@@ -1,0 +1,31 @@
+// Other poses at which a scan may have been made (algorithm.md section 9, 'The verdict on an
+// alignment').
+#ifndef VANTAGE_CORE_REGISTRATION_BOUND_RIVALS_H_
+#define VANTAGE_CORE_REGISTRATION_BOUND_RIVALS_H_
+
+#include <span>
+#include <vector>
+
+#include "core/model/view/planning_view.h"
+#include "core/parallel/parallel.h"
+#include "core/registration/align/align.h"
+#include "core/registration/align/scan_surface.h"
+#include "core/registration/align/space_agreement.h"
+#include "core/registration/bound/registration_result.h"
+
+namespace vantage::registration {
+
+// Samples of the surface, and how each agrees with what is known at the aligned pose.
+struct SamplesAtBest {
+  std::span<const SurfaceSample> samples;
+  std::span<const SampleAgreement> agreements;
+};
+
+// Those of the alignment's rivals that nothing known refutes, the best fit first.
+std::vector<RivalPose> OpenRivals(const model::PlanningView& model, const ScanSurface& surface,
+                                  const Alignment& alignment, const SamplesAtBest& at_best,
+                                  parallel::Parallel& parallel);
+
+}  // namespace vantage::registration
+
+#endif  // VANTAGE_CORE_REGISTRATION_BOUND_RIVALS_H_
