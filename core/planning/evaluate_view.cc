@@ -23,6 +23,11 @@ absl::Status CheckFinite(const Eigen::Vector3d& position, std::optional<double> 
   return absl::OkStatus();
 }
 
+bool IsUnknown(model::VoxelState state) {
+  return state != model::VoxelState::kEmpty && state != model::VoxelState::kTrueSurface &&
+         state != model::VoxelState::kAbsorbed;
+}
+
 // The same heading in [0, 2 pi), rad.
 double Turned(double heading) {
   const double turned = heading - 2 * sensor::kPi * std::floor(heading / (2 * sensor::kPi));
@@ -75,6 +80,15 @@ absl::StatusOr<ViewEvaluation> EvaluateView(const PlanningProblem& problem,
     if (seen.has_value()) view.heading = headings.Angle(seen->heading);
   }
   if (seen.has_value()) view.verdict = std::move(seen->verdict);
+  // A single voxel may be unknown where much is seen all the same.
+  if (view.verdict.overlap_share <= 0 &&
+      IsUnknown(problem.view().State(problem.view().At(position)))) {
+    view.verdict.outcome = registration::RegistrationOutcome::kDoubtful;
+    view.verdict.bases = {registration::RegistrationBasis::kOverlap};
+    view.verdict.reason =
+        "no scan has seen into this place, so that nothing can be said of a scan from there";
+    view.verdict.remedy = "scan from a place that sees into it first";
+  }
   parallel::Serial serial;
   report.Exact(position, score, std::move(cell_scores), budget, serial, view);
   report.Place(position, view);

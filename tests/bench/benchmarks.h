@@ -18,11 +18,13 @@ struct BenchOptions {
 
 using Benchmark = void(const BenchOptions& options, parallel::Parallel& parallel, Figures& figures);
 
-Benchmark BenchPrepare;   // prepare.*
-Benchmark BenchVerdict;   // verdict.*
-Benchmark BenchCycle;     // cycle.*
-Benchmark BenchCarve;     // carve.*
-Benchmark BenchSnapshot;  // snapshot.*
+Benchmark BenchPrepare;     // prepare.*
+Benchmark BenchVerdict;     // verdict.*
+Benchmark BenchChange;      // change.*
+Benchmark BenchPrediction;  // predict.kept.*, predict.missed.*
+Benchmark BenchCycle;       // cycle.*
+Benchmark BenchCarve;       // carve.*
+Benchmark BenchSnapshot;    // snapshot.*
 // plan.embree.*, plan.brute.*, plan.budget.*, plan.cancel.*, plan.2000m2.*: packets, budgets,
 // memory.
 Benchmark BenchPlanning;

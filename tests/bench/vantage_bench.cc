@@ -71,6 +71,11 @@ constexpr auto kGroups = std::to_array<Group>({
      "scans where a site repeats itself, from priors of 5 cm to 2 m; --full: in five times the "
      "scenes",
      2, BenchVerdict},
+    {"change", "change.", "good scans after something was moved; --full: in five times the scenes",
+     2, BenchChange},
+    {"promises", "predict.kept. predict.missed.",
+     "views promised to register, and whether their scans do; --full: in four times the scenes", 4,
+     BenchPrediction},
     {"prepare", "prepare.", "steps A to C after the tenth scan, beside from nothing", 2,
      BenchPrepare},
     {"cycle", "cycle.", "from a scan to checked views", 1, BenchCycle},

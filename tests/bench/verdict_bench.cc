@@ -1,25 +1,19 @@
 // Scans where a site repeats itself, with priors that may lead to the wrong bay: what is registered
 // there, and how much is doubted where nothing repeats itself.
-#include <Eigen/Geometry>
+#include <Eigen/Core>
 #include <array>
-#include <cmath>
-#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "core/model/partial_model.h"
 #include "core/registration/bound/registration_result.h"
-#include "core/registration/registration.h"
-#include "core/simulation/random_sequence.h"
 #include "core/simulation/scenes/furnished_flat.h"
-#include "core/simulation/scenes/mesh_builder.h"
 #include "core/simulation/scenes/office_storey.h"
-#include "core/simulation/scenes/scene.h"
-#include "core/simulation/simulated_scanner.h"
 #include "tests/bench/benchmarks.h"
+#include "tests/bench/registration_trials.h"
+#include "tests/bench/repetitive_scenes.h"
 #include "tests/bench/scenes.h"
 
 namespace vantage::bench {
@@ -30,90 +24,10 @@ using Eigen::Vector3d;
 // m, one sigma of each horizontal axis, that priors state and have: a total station or a vendor's
 // own registration, odometry, a spot on a plan, a spot on a plan of a bare building.
 constexpr std::array kPriorSigmas = {0.05, 0.3, 1.0, 2.0};
-constexpr double kUpSigma = 0.05;                  // m
-constexpr double kTurnSigma = sensor::Radians(5);  // of the heading
-constexpr double kTiltSigma = sensor::Radians(1);
-constexpr double kOutOfReach = 60;  // m, half of what is longer than ranges
 
-struct RepetitiveScene {
-  simulation::TriangleMesh mesh;
-  double bay = 0;                 // m, by which it repeats itself
-  std::vector<Vector3d> scanned;  // stations of the model
-  std::vector<Vector3d> places;   // of scans to come
-};
-
-// A corridor longer than ranges with a pillar each bay on both sides; of `marks` other things along
-// it none repeats itself.
-RepetitiveScene PillarCorridor(uint64_t seed, uint64_t marks) {
-  simulation::RandomSequence random(simulation::MixBits(seed) ^ 71);
-  RepetitiveScene scene;
-  simulation::MeshBuilder builder(scene.mesh);
-  const double half = random.Between(1.0, 1.7);
-  const double height = random.Between(2.4, 3.2);
-  scene.bay = random.Between(1.5, 4.0);
-  builder.Box({-kOutOfReach, -half, 0}, {kOutOfReach, half, height});
-  const double depth = random.Between(0.12, 0.35);
-  const double width = random.Between(0.25, 0.6);
-  for (double x = -kOutOfReach; x + width < kOutOfReach; x += scene.bay) {
-    builder.Box({x, -half, 0}, {x + width, -half + depth, height});
-    builder.Box({x, half - depth, 0}, {x + width, half, height});
-  }
-  for (uint64_t i = 0; i < marks; ++i) {
-    const double x = random.Between(-12, 16);
-    const double side = random.Chance(0.5) ? -half + depth : half - depth - 0.25;
-    const double z = random.Between(0, 1.5);
-    builder.Box({x, side, z}, {x + random.Between(0.3, 0.9), side + 0.25, z + 0.8});
-  }
-  const double eye = 1.5;
-  scene.scanned = {{0, 0.1, eye}, {random.Between(2.5, 4), -0.1, eye}};
-  for (int i = 0; i < 3; ++i) {
-    scene.places.emplace_back(random.Between(3, 9), random.Between(-0.2, 0.2), eye);
-  }
-  return scene;
-}
-
-// A parking deck with a column each bay, both ways.
-RepetitiveScene ParkingDeck(uint64_t seed) {
-  simulation::RandomSequence random(simulation::MixBits(seed) ^ 72);
-  RepetitiveScene scene;
-  simulation::MeshBuilder builder(scene.mesh);
-  scene.bay = random.Between(3.5, 6.0);
-  const double width = random.Between(0.3, 0.6);
-  const double height = random.Between(2.3, 2.8);
-  builder.Box({-kOutOfReach, -kOutOfReach, 0}, {kOutOfReach, kOutOfReach, height});
-  const int bays = static_cast<int>(kOutOfReach / scene.bay);
-  for (int x = -bays; x <= bays; ++x) {
-    for (int y = -bays; y <= bays; ++y) {
-      const Vector3d low((x + 0.5) * scene.bay, (y + 0.5) * scene.bay, 0);
-      builder.Box(low, low + Vector3d(width, width, height));
-    }
-  }
-  const double eye = 1.5;
-  scene.scanned = {{0, 0, eye}, {0.8 * scene.bay, 0.3, eye}};
-  for (int i = 0; i < 3; ++i) {
-    scene.places.emplace_back(random.Between(-1.5, 1.5) * scene.bay / 2 + 3,
-                              random.Between(-0.3, 0.3) * scene.bay, eye);
-  }
-  return scene;
-}
-
-// Scans beside the only station, and some metres from it, where they overlap by little.
-RepetitiveScene Unique(simulation::Scene of, uint64_t seed) {
-  RepetitiveScene scene;
-  const simulation::SimulatedScanner tracer(of.mesh);
-  simulation::RandomSequence random(simulation::MixBits(seed) ^ 74);
-  scene.scanned = {of.starts[0]};
-  for (int tries = 0; tries < 1000 && scene.places.size() < 6; ++tries) {
-    const double reach = scene.places.size() < 2 ? 1.0 : 4.5;  // m
-    const Vector3d at =
-        of.starts[0] + Vector3d(random.Between(-reach, reach), random.Between(-reach, reach), 0);
-    if (tracer.Clearance(at, 0.35) >= 0.35 && tracer.Visible(of.starts[0], at)) {
-      scene.places.push_back(at);
-    }
-  }
-  scene.mesh = std::move(of.mesh);
-  return scene;
-}
+// m, of a spot on a plan, where something changed.
+constexpr double kChangePrior = 0.3;
+constexpr double kElsewhere = 3;  // m
 
 struct Tally {
   size_t scans = 0;
@@ -122,6 +36,21 @@ struct Tally {
   size_t rival = 0;  // in doubt for another pose
   size_t refused = 0;
   std::string worst;
+  void Add(const RegistrationTrial& trial) {
+    const registration::RegistrationVerdict& verdict = trial.result.verdict;
+    ++scans;
+    if (!verdict.registered()) {
+      const bool other =
+          !verdict.bases.empty() && verdict.bases[0] == registration::RegistrationBasis::kRivalPose;
+      ++(other ? rival : refused);
+    } else if (trial.off > 3 * verdict.error_bound) {
+      ++wrong;
+      absl::StrAppendFormat(&worst, "; %.2f m off at E = %.1f mm", trial.off,
+                            1000 * verdict.error_bound);
+    } else {
+      ++right;
+    }
+  }
   std::string Words() const {
     return absl::StrFormat("%d of %d right, %d wrong, %d another pose, %d else%s", right, scans,
                            wrong, rival, refused, worst);
@@ -130,58 +59,75 @@ struct Tally {
 
 void RegisterIn(const RepetitiveScene& scene, double sigma, uint64_t seed, Tally& tally,
                 parallel::Parallel& parallel) {
-  const simulation::SimulatedScanner tracer(scene.mesh);
-  simulation::RandomSequence random(simulation::MixBits(seed) ^ 73);
-  const auto pose_at = [&](const Vector3d& at) {
-    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-    pose.translate(at);
-    pose.rotate(Eigen::AngleAxisd(random.Between(0, 2 * sensor::kPi), Vector3d::UnitZ()));
-    return pose;
-  };
-  sensor::ScannerModel scanner;
-  const auto scan_at = [&](const Eigen::Isometry3d& pose, uint64_t of) {
-    sensor::Scan scan;
-    scan.scanner = scanner;
-    scan.image = tracer.Scan(scanner, pose, simulation::ScanFaults{}, of, parallel);
-    return scan;
-  };
-  auto model = model::PartialModel::Create({}).value();
-  for (size_t i = 0; i < scene.scanned.size(); ++i) {
-    const Eigen::Isometry3d pose = pose_at(scene.scanned[i]);
-    model->Insert(absl::StrCat(i), scan_at(pose, seed + i), pose, parallel).value();
+  RegistrationTrials trials(scene, seed, parallel);
+  for (const Vector3d& place : scene.places) {
+    const RegistrationTrial trial = trials.Register(place, sigma, StatedPrior::kWithItsSigma, {});
+    tally.Add(trial);
   }
-  const auto view = model->Publish();
-  for (size_t i = 0; i < scene.places.size(); ++i) {
-    const Eigen::Isometry3d truth = pose_at(scene.places[i]);
-    const sensor::Scan scan = scan_at(truth, seed + 100 + i);
-    sensor::PosePrior prior;
-    const auto normal = [&](uint64_t stream) {
-      return simulation::RandomNormal(seed, i, 2 * stream);
-    };
-    prior.T_world_scan = truth;
-    prior.T_world_scan.pretranslate(
-        Vector3d(sigma * normal(0), sigma * normal(1), kUpSigma * normal(2)));
-    prior.T_world_scan.rotate(Eigen::AngleAxisd(kTurnSigma * normal(3), Vector3d::UnitZ()));
-    const sensor::Vector6d sigmas{{kTiltSigma, kTiltSigma, kTurnSigma, sigma, sigma, kUpSigma}};
-    prior.covariance = sigmas.cwiseAbs2().asDiagonal();
-    const auto result = registration::Register(*view, scan, prior, {}, parallel).value();
-    const double off = (result.T_world_scan.translation() - truth.translation()).norm();
-    ++tally.scans;
-    if (!result.verdict.registered()) {
-      const bool rival = !result.verdict.bases.empty() &&
-                         result.verdict.bases[0] == registration::RegistrationBasis::kRivalPose;
-      ++(rival ? tally.rival : tally.refused);
-    } else if (off > 3 * result.verdict.error_bound) {
-      ++tally.wrong;
-      absl::StrAppendFormat(&tally.worst, "; %.2f m off at E = %.1f mm", off,
-                            1000 * result.verdict.error_bound);
-    } else {
-      ++tally.right;
+}
+
+// Scans whose priors are of another of the scene's places, three metres and more away.
+void RegisterElsewhere(const RepetitiveScene& scene, uint64_t seed, Tally& tally,
+                       parallel::Parallel& parallel) {
+  RegistrationTrials trials(scene, seed, parallel);
+  for (const Vector3d& place : scene.places) {
+    for (const Vector3d& told : scene.places) {
+      if ((place - told).norm() < kElsewhere) continue;
+      const RegistrationTrial trial =
+          trials.RegisterFrom(place, told, kChangePrior, StatedPrior::kWithItsSigma, {});
+      tally.Add(trial);
     }
   }
 }
 
+// Scans in flats and offices in which something changed since the model was made.
+void RegisterAfter(Change change, const char* name, uint64_t first, uint64_t scenes,
+                   Tally& wrong_places, Figures& figures, parallel::Parallel& parallel) {
+  Tally tally;
+  for (uint64_t seed = first; seed < first + scenes; ++seed) {
+    RegisterIn(Changed(AroundStart(simulation::FurnishedFlat(seed), seed), change, seed),
+               kChangePrior, seed, tally, parallel);
+    RegisterIn(Changed(AroundStart(simulation::OfficeStorey(seed, 150), seed), change, seed),
+               kChangePrior, seed, tally, parallel);
+    RegisterIn(Changed(ParkingDeck(seed), change, seed), kChangePrior, seed, tally, parallel);
+  }
+  wrong_places.wrong += tally.wrong;
+  figures.Add({absl::StrCat("change.recall.", name),
+               static_cast<double>(tally.right) / static_cast<double>(tally.scans), "", "0.98",
+               tally.Words()});
+}
+
 }  // namespace
+
+void BenchChange(const BenchOptions& options, parallel::Parallel& parallel, Figures& figures) {
+  if (!figures.Wants("change.")) return;
+  const uint64_t first = SceneSeeds(options.use).front();
+  const uint64_t scenes = options.full ? 20 : 4;
+  constexpr std::array<std::pair<const char*, Change>, 5> kChanges = {{
+      {"people_came", Change::kPeopleCame},
+      {"people_left", Change::kPeopleLeft},
+      {"door", Change::kDoorShut},
+      {"cupboard", Change::kCupboardMoved},
+      {"car", Change::kCar},
+  }};
+  Tally wrong;
+  for (const auto& [name, change] : kChanges) {
+    if (!figures.Wants(absl::StrCat("change.recall.", name))) continue;
+    RegisterAfter(change, name, first, scenes, wrong, figures, parallel);
+  }
+  if (!figures.Wants("change.wrong")) return;
+  // What speaks against things that were moved is that a wrong pose contradicts, too: scans of
+  // places that their priors do not allow.
+  Tally elsewhere;
+  for (uint64_t seed = first; seed < first + 2 * scenes; ++seed) {
+    RegisterElsewhere(AroundStart(simulation::FurnishedFlat(seed), seed), seed, elsewhere,
+                      parallel);
+    RegisterElsewhere(AroundStart(simulation::OfficeStorey(seed, 150), seed), seed, elsewhere,
+                      parallel);
+  }
+  figures.Add({"change.wrong", static_cast<double>(wrong.wrong + elsewhere.wrong), "scans", "0",
+               absl::StrCat("from priors of other places: ", elsewhere.Words())});
+}
 
 void BenchVerdict(const BenchOptions& options, parallel::Parallel& parallel, Figures& figures) {
   if (!figures.Wants("verdict.")) return;
@@ -196,8 +142,9 @@ void BenchVerdict(const BenchOptions& options, parallel::Parallel& parallel, Fig
       RegisterIn(PillarCorridor(seed, 0), sigma, seed, repetitive, parallel);
       RegisterIn(PillarCorridor(seed, 6), sigma, seed, marked, parallel);
       RegisterIn(ParkingDeck(seed), sigma, seed, decks, parallel);
-      RegisterIn(Unique(simulation::FurnishedFlat(seed), seed), sigma, seed, unique, parallel);
-      RegisterIn(Unique(simulation::OfficeStorey(seed, 150), seed), sigma, seed, unique, parallel);
+      RegisterIn(AroundStart(simulation::FurnishedFlat(seed), seed), sigma, seed, unique, parallel);
+      RegisterIn(AroundStart(simulation::OfficeStorey(seed, 150), seed), sigma, seed, unique,
+                 parallel);
     }
     const std::string name = absl::StrFormat("%gm", sigma);
     figures.Add({"verdict.wrong." + name,

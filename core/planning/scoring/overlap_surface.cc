@@ -160,6 +160,7 @@ absl::StatusOr<OverlapSurface> OverlapSurface::Create(const model::PlanningView&
   if (cancelled.Requested()) return stopped;
   OverlapSurface overlap(model.voxel_size(), scanner);
   overlap.weight_ = static_cast<double>(stride);
+  overlap.rivals_ = std::make_shared<const registration::RivalForecast>(model);
   std::vector<Eigen::Vector3f> dropouts;
   for (const std::vector<Element>& of_run : elements) {
     for (const Element& element : of_run) {
@@ -226,8 +227,10 @@ std::optional<OverlapSurface::Overlap> OverlapSurface::See(const Eigen::Vector3d
 registration::RegistrationVerdict OverlapSurface::Judge(
     std::span<const registration::OverlapElement> overlap, const Eigen::Vector3d& view,
     const registration::RegistrationConfig& config) const {
-  return registration::PredictRegistration(overlap, weight_, DirectionsOf(scanner_), view, scanner_,
-                                           config);
+  registration::RegistrationVerdict verdict = registration::PredictRegistration(
+      overlap, weight_, DirectionsOf(scanner_), view, scanner_, config);
+  rivals_->Judge(overlap, view, scanner_, config, verdict);
+  return verdict;
 }
 
 std::optional<OverlapSurface::Seen> OverlapSurface::Predict(

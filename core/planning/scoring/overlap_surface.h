@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -21,6 +22,7 @@
 #include "core/planning/scoring/plane_extent.h"
 #include "core/registration/align/registration_config.h"
 #include "core/registration/bound/prediction.h"
+#include "core/registration/bound/rival_forecast.h"
 #include "core/registration/bound/verdict.h"
 #include "core/sensor/scanner_model.h"
 #include "core/visibility/occlusion_scene.h"
@@ -33,8 +35,8 @@ namespace vantage::planning {
 // percent at most.
 class OverlapSurface {
  public:
-  // `grid` and `scene` are the model's. The same on any number of threads. CANCELLED when that was
-  // requested on the way.
+  // `grid` and `scene` are the model's; the reference to the model is kept. The same on any number
+  // of threads. CANCELLED when that was requested on the way.
   static absl::StatusOr<OverlapSurface> Create(const model::PlanningView& model,
                                                const visibility::OpaqueGrid& grid,
                                                const visibility::OcclusionScene& scene,
@@ -92,6 +94,7 @@ class OverlapSurface {
   SensingConstraints constraints_;  // any incidence, no cap on the density
   double weight_ = 1;               // voxels behind each element
   CellArrays cells_;
+  std::shared_ptr<const registration::RivalForecast> rivals_;
   std::vector<uint32_t> samples_;    // of the model, by element
   std::vector<PlaneExtent> planes_;  // by element; of a scanner that sees a sector
 };

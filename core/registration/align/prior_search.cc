@@ -14,8 +14,6 @@ namespace {
 
 constexpr size_t kPlacesAround =
     16;  // beside the starts at the prior, each an alignment's first stage
-// Of a prior, as far as it may be wrong: one in ninety is farther off on a plane.
-constexpr double kSigmas = 3;
 // m: whoever knows less knows nothing, and is served as well without a prior.
 constexpr double kMostShift = 200;
 // Candidates, since every scan is aligned from a prior: with headings to 15 degrees 60 m around,

@@ -15,6 +15,9 @@
 
 namespace vantage::registration {
 
+// Of a prior, as far as it may be wrong: one in ninety is farther off on a plane.
+inline constexpr double kSigmas = 3;
+
 // How far a prior may be wrong.
 struct PriorReach {
   double shift = 1.5;                 // m, across the floor

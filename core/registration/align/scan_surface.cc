@@ -216,10 +216,12 @@ PlaneFit FitPlane(const sensor::Scan& scan, const Cloud& cloud, const Picked& pi
   return fit;
 }
 
+}  // namespace
+
 // Orders samples by taking from groups (direction of normal x cubic metre of space) in turn, so
 // that rare directions come as early as common ones: a door's jamb constrains the pose more than
 // the tenth square metre of wall.
-void Spread(std::vector<SurfaceSample>& samples) {
+void SpreadSamples(std::vector<SurfaceSample>& samples) {
   // A fixed pseudo-random order: key in the high half, index in the low one.
   std::vector<uint64_t> shuffled(samples.size());
   for (uint32_t i = 0; i < samples.size(); ++i) {
@@ -249,8 +251,6 @@ void Spread(std::vector<SurfaceSample>& samples) {
   }
   samples = std::move(spread);
 }
-
-}  // namespace
 
 ScanSurface SampleSurface(const sensor::Scan& scan, double spacing, parallel::Parallel& parallel) {
   const Cloud cloud = ToCloud(scan.image, parallel);
@@ -282,7 +282,7 @@ ScanSurface SampleSurface(const sensor::Scan& scan, double spacing, parallel::Pa
     std::nth_element(rms.begin(), middle, rms.end());
     surface.roughness = *middle;
   }
-  Spread(surface.samples);
+  SpreadSamples(surface.samples);
   return surface;
 }
 

@@ -28,6 +28,9 @@ struct ScanSurface {
                              // quantisation included
 };
 
+// Orders samples so that any prefix is such a selection.
+void SpreadSamples(std::vector<SurfaceSample>& samples);
+
 // Thins to one sample per cube of side `spacing` (m). Samples without a plane through their
 // neighbours, or beyond the scanner's maximum incidence, are left out.
 ScanSurface SampleSurface(const sensor::Scan& scan, double spacing, parallel::Parallel& parallel);

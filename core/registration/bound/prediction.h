@@ -6,20 +6,11 @@
 #include <span>
 
 #include "core/registration/align/registration_config.h"
+#include "core/registration/bound/overlap_element.h"
 #include "core/registration/bound/verdict.h"
 #include "core/sensor/scanner_model.h"
 
 namespace vantage::registration {
-
-// A true-surface voxel that the view would see.
-struct OverlapElement {
-  Eigen::Vector3f position;  // m, its centroid
-  Eigen::Vector3f normal;    // unit
-  // That a scan from the view would put on it. 0: too few for an alignment to find its plane; then
-  // it holds nothing, but the bound is for it, too.
-  float samples = 0;
-  uint32_t model_samples = 0;  // that the model's centroid rests on
-};
 
 // The error bound of a view from which a scanner turns all around has to be within the required
 // accuracy by this factor: the view that gains most is one that just suffices, and without the

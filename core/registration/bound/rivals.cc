@@ -25,7 +25,6 @@ constexpr double kRivalShare = 0.85;
 // nothing. Of the samples that notice the move and hold the scan where it fits best, twins hold 55
 // % and more; a scan that slides into the unknown along floor and a wall, 0 to 30 %, which happens
 // in doorways.
-constexpr double kLeastRivalShare = 0.4;
 constexpr double kLeastHeld = 0.5;
 // What speaks against a pose are the samples that fit at the best one and not here, where space is
 // known, less those that do the reverse: people who walked by fit nowhere. Of those that fit at the

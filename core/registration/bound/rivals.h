@@ -15,6 +15,9 @@
 
 namespace vantage::registration {
 
+// The least share of what the best pose explains that a rival explains (rivals.cc says more).
+inline constexpr double kLeastRivalShare = 0.4;
+
 // Samples of the surface, and how each agrees with what is known at the aligned pose.
 struct SamplesAtBest {
   std::span<const SurfaceSample> samples;

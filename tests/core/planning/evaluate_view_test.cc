@@ -3,6 +3,7 @@
 // never comes').
 #include "core/planning/evaluate_view.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -98,6 +99,19 @@ class EvaluateViewTest : public testing::Test {
   PlanningConfig config_;
   parallel::ThreadPool pool_{2};
 };
+
+TEST_F(EvaluateViewTest, NothingIsSaidOfPlacesThatNobodyHasSeen) {
+  auto model = model::PartialModel::Create({}).value();
+  Insert(*model, {"b", kNear, true, true});
+  const auto behind = EvaluateView(*model->Publish(), coarse_, config_, {3, 2, 3.5}, pool_);
+  ASSERT_TRUE(behind.ok()) << behind.status();
+  EXPECT_FALSE(behind->feasible);
+  EXPECT_EQ(behind->view.verdict.outcome, registration::RegistrationOutcome::kDoubtful);
+  EXPECT_THAT(behind->view.verdict.reason, testing::HasSubstr("nothing can be said"));
+  const auto seen = EvaluateView(*model->Publish(), coarse_, config_, {1.0, 2.6, 1.4}, pool_);
+  ASSERT_TRUE(seen.ok()) << seen.status();
+  EXPECT_TRUE(seen->view.verdict.registered()) << seen->view.verdict.reason;
+}
 
 TEST_F(EvaluateViewTest, NotPromisedAgainFromThereButFromElsewhere) {
   auto model = model::PartialModel::Create({}).value();

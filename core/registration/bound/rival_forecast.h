@@ -1,0 +1,48 @@
+// Other poses at which a scan that was not made yet would fit, too (algorithm.md section 9,
+// 'Prediction').
+#ifndef VANTAGE_CORE_REGISTRATION_BOUND_RIVAL_FORECAST_H_
+#define VANTAGE_CORE_REGISTRATION_BOUND_RIVAL_FORECAST_H_
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "core/model/view/planning_view.h"
+#include "core/registration/align/registration_config.h"
+#include "core/registration/align/voxel_search.h"
+#include "core/registration/bound/overlap_element.h"
+#include "core/registration/bound/registration_result.h"
+#include "core/registration/bound/verdict.h"
+#include "core/sensor/scanner_model.h"
+
+namespace vantage::registration {
+
+// Where the known surface looks like itself, as far as the priors of scans may be wrong. Thread
+// safe.
+class RivalForecast {
+ public:
+  // Keeps the reference to the model.
+  explicit RivalForecast(const model::PlanningView& model);
+
+  // Asks of what a view would see what is asked of a scan (OpenRivals()): the poses at which that
+  // fits as well and which nothing refutes, within what priors with `config.prior_sigma` leave open
+  // (ReachOf()), the best fit first. Headings are sought only around those that are: sites repeat
+  // themselves without turning, and a prior's heading is better than a quarter turn.
+  std::vector<RivalPose> Rivals(std::span<const OverlapElement> overlap,
+                                const Eigen::Vector3d& position,
+                                const sensor::ScannerModel& scanner,
+                                const RegistrationConfig& config) const;
+
+  // A verdict 'registered' becomes doubtful when there is a rival.
+  void Judge(std::span<const OverlapElement> overlap, const Eigen::Vector3d& position,
+             const sensor::ScannerModel& scanner, const RegistrationConfig& config,
+             RegistrationVerdict& verdict) const;
+
+ private:
+  const model::PlanningView& model_;
+  VoxelSearch search_;
+};
+
+}  // namespace vantage::registration
+
+#endif  // VANTAGE_CORE_REGISTRATION_BOUND_RIVAL_FORECAST_H_
