@@ -132,12 +132,12 @@ RepetitiveScene Changed(RepetitiveScene scene, Change change, uint64_t seed) {
     for (int tries = 0; tries < 2000; ++tries) {
       const double away = random.Between(1.0, reach);
       const double azimuth = random.Between(0, 2 * sensor::kPi);
-      const Vector3d at = middle + away * Vector3d(std::cos(azimuth), std::sin(azimuth), 0);
+      Vector3d at = middle + away * Vector3d(std::cos(azimuth), std::sin(azimuth), 0);
       const bool near = std::any_of(scene.places.begin(), scene.places.end(),
                                     [&](const auto& p) { return (p - at).norm() < room + 0.4; });
       if (!near && tracer.Clearance(at, room) >= room && tracer.Visible(middle, at)) return at;
     }
-    return middle;
+    return Vector3d(middle);
   };
   const auto on_floor = [&](const Vector3d& at) { return Vector3d(at.x(), at.y(), 0); };
   switch (change) {
