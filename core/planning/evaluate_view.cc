@@ -6,6 +6,7 @@
 
 #include "absl/status/status.h"
 #include "core/parallel/parallel.h"
+#include "core/planning/expectation/brick_edit.h"
 #include "core/planning/ranking/rank_views.h"
 #include "core/planning/ranking/registration_check.h"
 #include "core/planning/ranking/view_report.h"
@@ -21,11 +22,6 @@ absl::Status CheckFinite(const Eigen::Vector3d& position, std::optional<double> 
     return absl::InvalidArgumentError("heading must be finite (rad)");
   }
   return absl::OkStatus();
-}
-
-bool IsUnknown(model::VoxelState state) {
-  return state != model::VoxelState::kEmpty && state != model::VoxelState::kTrueSurface &&
-         state != model::VoxelState::kAbsorbed;
 }
 
 // The same heading in [0, 2 pi), rad.
@@ -82,7 +78,7 @@ absl::StatusOr<ViewEvaluation> EvaluateView(const PlanningProblem& problem,
   if (seen.has_value()) view.verdict = std::move(seen->verdict);
   // A single voxel may be unknown where much is seen all the same.
   if (view.verdict.overlap_share <= 0 &&
-      IsUnknown(problem.view().State(problem.view().At(position)))) {
+      NothingKnown(problem.view().State(problem.view().At(position)))) {
     view.verdict.outcome = registration::RegistrationOutcome::kDoubtful;
     view.verdict.bases = {registration::RegistrationBasis::kOverlap};
     view.verdict.reason =

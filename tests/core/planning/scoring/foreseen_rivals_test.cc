@@ -58,7 +58,7 @@ TEST_F(ForeseenRivals, AViewIsDoubtfulWhereItsPriorAllowsAnotherBay) {
 
 TEST_F(ForeseenRivals, ThePriorThatTheRemedyAsksForHelps) {
   const std::string remedy = Verdict(PillarCorridor(), kView, 1).remedy;
-  // 'say how good the priors are (0.62 m, ...'
+  // 'say how good the priors are (0.55 m, ...'
   const std::vector<std::string> parts = absl::StrSplit(remedy, absl::ByAnyChar("( "));
   double sigma = 0;
   for (const std::string& part : parts) {
