@@ -18,11 +18,12 @@ namespace {
 constexpr double kContradicted = 0.1;
 
 // Whether the scan speaks against where it was said to be made, and not only against how firmly its
-// shape holds it there.
+// shape holds it there, or between places as good.
 bool DoesNotFit(const RegistrationResult& as_given, const RegistrationConfig& config) {
-  if (as_given.verdict.outcome != RegistrationOutcome::kFailed) return false;
-  return !as_given.converged || as_given.contradiction_share > kContradicted ||
-         as_given.verdict.overlap_share < config.minimum_overlap;
+  if (as_given.verdict.registered()) return false;
+  if (as_given.contradiction_share > kContradicted) return true;
+  return as_given.verdict.outcome == RegistrationOutcome::kFailed &&
+         (!as_given.converged || as_given.verdict.overlap_share < config.minimum_overlap);
 }
 
 // What the search without the prior found, as a doubtful result; nothing where it found no other

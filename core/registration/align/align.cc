@@ -6,6 +6,7 @@
 
 #include "core/registration/align/align_stages.h"
 #include "core/registration/align/correspondence_field.h"
+#include "core/registration/align/narrow_fit.h"
 #include "core/registration/align/prior_search.h"
 #include "core/registration/align/space_agreement.h"
 #include "core/registration/align/voxel_search.h"
@@ -27,7 +28,7 @@ constexpr int kFineMinima = 5;           // that are refined and compared; each 
 // compared by its score, which its last digits do not change. The result is to have converged, also
 // where a weak direction takes many steps; it says whether it has.
 constexpr int kCompareSteps = 12;
-constexpr int kFineSteps = 30;
+constexpr int kFineSteps = 100;
 
 std::span<const SurfaceSample> First(const ScanSurface& surface, size_t count) {
   return {surface.samples.data(), std::min(count, surface.samples.size())};
@@ -61,6 +62,53 @@ std::vector<Result> InChunks(std::span<const SurfaceSample> samples, parallel::P
     }
   });
   return results;
+}
+
+std::vector<Correspondence> CorrespondencesOf(const VoxelSearch& search,
+                                              std::span<const SurfaceSample> samples,
+                                              double roughness, const Eigen::Isometry3d& pose,
+                                              const RegistrationConfig& config,
+                                              parallel::Parallel& parallel) {
+  const auto found = InChunks<std::vector<Correspondence>>(
+      samples, parallel, [&](const SurfaceSample& s, std::vector<Correspondence>& of) {
+        const Eigen::Vector3d point = pose * s.point.cast<double>();
+        const Eigen::Vector3d normal = pose.linear() * s.normal.cast<double>();
+        const Match match = search.Find(point, normal);
+        if (match.voxel == nullptr) return;
+        const Eigen::Vector3d gap = point - match.voxel->centroid.cast<double>();
+        Correspondence c;
+        c.point = point;
+        c.normal = match.normal;
+        c.residual = gap.dot(match.normal);
+        c.variance =
+            ResidualVariance(s, *match.voxel, gap, c.residual, roughness, config.normal_sigma);
+        c.normal_angle =
+            std::acos(std::clamp(normal.dot(match.voxel->normal.cast<double>()), -1.0, 1.0));
+        c.cells = s.cells;
+        of.push_back(c);
+      });
+  std::vector<Correspondence> all;
+  for (const std::vector<Correspondence>& chunk : found) {
+    all.insert(all.end(), chunk.begin(), chunk.end());
+  }
+  return all;
+}
+
+// The last stage: all samples, and once more where more of them would lie within the noise a little
+// away from where it ended.
+FineResult Finish(const VoxelSearch& search, const ScanSurface& surface,
+                  const Eigen::Isometry3d& pose, const PriorTerm& prior,
+                  const RegistrationConfig& config, parallel::Parallel& parallel) {
+  const FineResult fine = AlignFine(search, surface, kFineSamples, pose, prior, config, parallel,
+                                    kFineSteps, WideScale(search.voxel_size()));
+  if (!fine.converged) return fine;
+  const NarrowFit narrow =
+      FindNarrowFit(CorrespondencesOf(search, First(surface, kScoreSamples), surface.roughness,
+                                      fine.pose, config, parallel),
+                    fine.scale);
+  if (!narrow.better) return fine;
+  return AlignFine(search, surface, kFineSamples, MovedPose(fine.pose, narrow.change, narrow.about),
+                   prior, config, parallel, kFineSteps, fine.scale);
 }
 
 }  // namespace
@@ -143,9 +191,10 @@ Alignment AlignFrom(const model::PlanningView& model, const CorrespondenceField&
   parallel.For(minima.size(), [&](size_t i) {
     parallel::Serial serial;
     Minimum& m = minima[i];
-    m.T_world_scan = AlignFine(search, surface, kScoreSamples, m.T_world_scan,
-                               term_of(m.T_world_scan), config, serial, kCompareSteps)
-                         .pose;
+    m.T_world_scan =
+        AlignFine(search, surface, kScoreSamples, m.T_world_scan, term_of(m.T_world_scan), config,
+                  serial, kCompareSteps, WideScale(model.voxel_size()))
+            .pose;
     m.score = ScorePose(search, First(surface, kScoreSamples), m.T_world_scan);
     const std::span<const SurfaceSample> in_space = First(surface, kSpaceSamples);
     const SpaceAgreement space =
@@ -157,8 +206,7 @@ Alignment AlignFrom(const model::PlanningView& model, const CorrespondenceField&
 
   Alignment result;
   const Eigen::Isometry3d best = minima.front().T_world_scan;
-  const FineResult fine =
-      AlignFine(search, surface, kFineSamples, best, term_of(best), config, parallel, kFineSteps);
+  const FineResult fine = Finish(search, surface, best, term_of(best), config, parallel);
   result.T_world_scan = fine.pose;
   result.converged = fine.converged;
   result.iterations = fine.iterations;
@@ -174,8 +222,8 @@ Alignment Refine(const model::PlanningView& model, const ScanSurface& surface, A
   const Eigen::Vector3d margin = Eigen::Vector3d::Constant(config.max_correspondence);
   box.extend(Eigen::Vector3d(box.min() - margin));
   box.extend(Eigen::Vector3d(box.max() + margin));
-  const FineResult fine = AlignFine(VoxelSearch(model, box), surface, kFineSamples,
-                                    alignment.T_world_scan, prior, config, parallel, kFineSteps);
+  const FineResult fine =
+      Finish(VoxelSearch(model, box), surface, alignment.T_world_scan, prior, config, parallel);
   alignment.T_world_scan = fine.pose;
   alignment.converged = fine.converged;
   alignment.iterations = fine.iterations;
@@ -187,29 +235,7 @@ std::vector<Correspondence> FindCorrespondences(const VoxelSearch& search,
                                                 const Eigen::Isometry3d& pose,
                                                 const RegistrationConfig& config,
                                                 parallel::Parallel& parallel) {
-  const auto found = InChunks<std::vector<Correspondence>>(
-      surface.samples, parallel, [&](const SurfaceSample& s, std::vector<Correspondence>& of) {
-        const Eigen::Vector3d point = pose * s.point.cast<double>();
-        const Eigen::Vector3d normal = pose.linear() * s.normal.cast<double>();
-        const Match match = search.Find(point, normal);
-        if (match.voxel == nullptr) return;
-        const Eigen::Vector3d gap = point - match.voxel->centroid.cast<double>();
-        Correspondence c;
-        c.point = point;
-        c.normal = match.normal;
-        c.residual = gap.dot(match.normal);
-        c.variance = ResidualVariance(s, *match.voxel, gap, c.residual, surface.roughness,
-                                      config.normal_sigma);
-        c.normal_angle =
-            std::acos(std::clamp(normal.dot(match.voxel->normal.cast<double>()), -1.0, 1.0));
-        c.cells = s.cells;
-        of.push_back(c);
-      });
-  std::vector<Correspondence> all;
-  for (const std::vector<Correspondence>& chunk : found) {
-    all.insert(all.end(), chunk.begin(), chunk.end());
-  }
-  return all;
+  return CorrespondencesOf(search, surface.samples, surface.roughness, pose, config, parallel);
 }
 
 }  // namespace vantage::registration

@@ -10,6 +10,7 @@
 
 #include "core/model/view/planning_view.h"
 #include "core/parallel/parallel.h"
+#include "core/registration/align/correspondence.h"
 #include "core/registration/align/correspondence_field.h"
 #include "core/registration/align/pose_step.h"
 #include "core/registration/align/registration_config.h"
@@ -19,16 +20,6 @@
 #include "core/sensor/pose_prior.h"
 
 namespace vantage::registration {
-
-// A sample of the scan and the piece of the model's surface it lies on.
-struct Correspondence {
-  Eigen::Vector3d point;    // m, world: the sample at the aligned pose
-  Eigen::Vector3d normal;   // unit, world: mean of the sample's and the voxel's
-  double residual = 0;      // m, of the point from the plane, along the normal
-  double variance = 0;      // m^2, of the residual, from what is known of sensor and model
-  double normal_angle = 0;  // rad, between the sample's and the voxel's normal
-  double cells = 0;         // samples of the image that it stands for
-};
 
 // Another pose that a start ended in.
 struct Minimum {

@@ -12,8 +12,12 @@ namespace {
 constexpr double kCoarseCompatible = 0.75;
 // That hold a pose's six directions, three each; with fewer it is by chance.
 constexpr size_t kFewestSamples = 20;
-constexpr double kTukey = 4.685;  // sigma: 95 % as efficient as least squares on Gaussian noise
 constexpr double kMedianToSigma = 1.4826;  // of absolute Gaussian residuals
+// Of the robust weights' scale, a step at most, on its way from a voxel and a half to what the
+// noise leaves (graduated non-convexity). A pose that is a centimetre off can hold itself where
+// weights are a centimetre wide: floor and ceiling, which a turn does not move, make most residuals
+// small, and what a mirror that hangs askew shows lies near some wall.
+constexpr double kNarrowing = 0.6;
 
 }  // namespace
 
@@ -60,7 +64,7 @@ Eigen::Isometry3d AlignCoarse(const CorrespondenceField& field,
 FineResult AlignFine(const VoxelSearch& search, const ScanSurface& surface, size_t count,
                      const Eigen::Isometry3d& pose, const PriorTerm& prior,
                      const RegistrationConfig& config, parallel::Parallel& parallel,
-                     int max_iterations) {
+                     int max_iterations, double first_scale) {
   const std::span<const SurfaceSample> samples(surface.samples.data(),
                                                std::min(count, surface.samples.size()));
   constexpr size_t kChunk = 1024;
@@ -72,8 +76,10 @@ FineResult AlignFine(const VoxelSearch& search, const ScanSurface& surface, size
   std::vector<std::vector<double>> magnitudes(chunks);
   const double h = search.voxel_size();
   const double still = 0.02 * h;  // a sample that moved less keeps its voxel
-  FineResult result{pose, false, 0};
-  double scale = 1.5 * h;  // of the robust weights, shrinking to what the residuals show
+  FineResult result;
+  result.pose = pose;
+  double& scale = result.scale;  // of the robust weights
+  scale = first_scale;
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     // Wider at first: the coarse pose may be a voxel off.
     const double reach = iteration < 2 ? kWidestReach : kFineReach;
@@ -95,10 +101,11 @@ FineResult AlignFine(const VoxelSearch& search, const ScanSurface& surface, size
         const Eigen::Vector3d gap = point - match.voxel->centroid.cast<double>();
         const double residual = gap.dot(match.normal);
         magnitudes[chunk].push_back(std::abs(residual));
-        const double w = Tukey(residual, scale);
-        if (w <= 0) continue;
         const double variance = ResidualVariance(s, *match.voxel, gap, residual, surface.roughness,
                                                  config.normal_sigma);
+        // What is known to be vague, such as a side that a scan has blurred, counts farther out.
+        const double w = Tukey(residual, std::max(scale, kTukeySigmas * std::sqrt(variance)));
+        if (w <= 0) continue;
         sum.Add(point - about, match.normal, residual, w / variance);
       }
       partial[chunk] = sum;
@@ -112,13 +119,15 @@ FineResult AlignFine(const VoxelSearch& search, const ScanSurface& surface, size
     if (normals.count < kFewestSamples) return result;
     const auto middle = all.begin() + static_cast<ptrdiff_t>(all.size() / 2);
     std::nth_element(all.begin(), middle, all.end());
-    const double sigma = kMedianToSigma * std::max(*middle, 0.001);
-    scale = std::clamp(kTukey * sigma, 0.2 * h, std::max(0.2 * h, scale));
+    const double least = kTukeySigmas * kMedianToSigma * std::max(*middle, kLeastMedianResidual);
+    const bool narrow = scale <= 1.01 * least;
+    scale = std::min(scale, std::max(least, kNarrowing * scale));
     prior.AddTo(normals, result.pose, about);
     const sensor::Vector6d change = SolveStep(normals);
     result.pose = MovedPose(result.pose, change, about);
     result.iterations = iteration + 1;
-    if (iteration >= 3 && change.tail<3>().norm() < 5e-5 && change.head<3>().norm() < 2e-5) {
+    if (narrow && iteration >= 3 && change.tail<3>().norm() < 5e-5 &&
+        change.head<3>().norm() < 2e-5) {
       result.converged = true;
       break;
     }

@@ -28,7 +28,7 @@ PriorReach ReachOf(const sensor::PosePrior& prior) {
   const sensor::Matrix6d& covariance = *prior.covariance;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> horizontal(covariance.block<2, 2>(3, 3));
   const auto sigmas = [](double variance, double most) {
-    return std::min(kSigmas * std::sqrt(std::max(0.0, variance)), most);
+    return std::min(kSigmasOfPrior * std::sqrt(std::max(0.0, variance)), most);
   };
   reach.shift = sigmas(horizontal.eigenvalues()[1], kMostShift);
   reach.rise = sigmas(covariance(5, 5), kMostShift);

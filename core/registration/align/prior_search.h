@@ -16,7 +16,7 @@
 namespace vantage::registration {
 
 // Of a prior, as far as it may be wrong: one in ninety is farther off on a plane.
-inline constexpr double kSigmas = 3;
+inline constexpr double kSigmasOfPrior = 3;
 
 // How far a prior may be wrong.
 struct PriorReach {

@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "core/registration/align/align_stages.h"
 #include "core/registration/align/pose_step.h"
 #include "core/registration/align/space_agreement.h"
 #include "core/registration/bound/judge.h"
@@ -24,10 +25,6 @@ constexpr size_t kSpaceSamples = 6000;
 // Residuals beyond this many robust standard deviations are not noise; of Gaussian noise 1 in
 // 16,000 is.
 constexpr double kInlierDeviations = 4.0;
-// m, that the median residual counts as at least: three quarters of what a noise of 1 mm, the least
-// of any scanner, leaves. Without any noise, in simulations, the gate would shut out all but
-// rounding.
-constexpr double kLeastResidual = 5e-4;
 // Noisier residuals than expected widen the bound. Beyond so many times what the noise explains,
 // and so much of a voxel (a wrong match is anywhere within one and a half: 0.9 rms), they are no
 // noise at all. Holds while the former is less than that: for a noise of up to a quarter of a
@@ -60,7 +57,8 @@ Residuals Weigh(const std::vector<Correspondence>& found, const RegistrationConf
   std::vector<double> angles;
   magnitudes.reserve(found.size());
   for (const Correspondence& c : found) magnitudes.push_back(std::abs(c.residual));
-  const double gate = kInlierDeviations * 1.4826 * std::max(Median(magnitudes), kLeastResidual);
+  const double gate =
+      kInlierDeviations * 1.4826 * std::max(Median(magnitudes), kLeastMedianResidual);
   double squared = 0;
   double variance = 0;
   for (const Correspondence& c : found) {

@@ -202,9 +202,10 @@ std::vector<RivalPose> RivalForecast::Rivals(std::span<const OverlapElement> ove
           AlignCoarse(*field, samples.first(std::min(kRefineSamples, samples.size())),
                       free.T_world_scan, term, config.max_correspondence, model_.voxel_size());
     }
-    there.T_world_scan = AlignFine(search_, surface, kRefineSamples, free.T_world_scan, term,
-                                   config, serial, near ? kNearSteps : kRefineSteps)
-                             .pose;
+    there.T_world_scan =
+        AlignFine(search_, surface, kRefineSamples, free.T_world_scan, term, config, serial,
+                  near ? kNearSteps : kRefineSteps, WideScale(model_.voxel_size()))
+            .pose;
     const auto same = [&](const Eigen::Isometry3d& other) {
       return SurfaceDistance(there.T_world_scan, other, samples) < kApart;
     };
@@ -252,7 +253,7 @@ void RivalForecast::Judge(std::span<const OverlapElement> overlap, const Eigen::
   verdict.remedy = absl::StrFormat(
       "say how good the priors are (%.2f m, one sigma, would tell them apart), or have this scan "
       "and one before see two targets",
-      std::floor(100 * nearest / (kSigmas + kSigmasOff)) / 100);
+      std::floor(100 * nearest / (kSigmasOfPrior + kSigmasOff)) / 100);
 }
 
 }  // namespace vantage::registration
