@@ -15,6 +15,7 @@
 #include "core/planning/plan/ranked_view.h"
 #include "core/planning/plan/stage_clock.h"
 #include "core/planning/ranking/gain_bounds.h"
+#include "core/planning/ranking/instrument_limit.h"
 #include "core/planning/ranking/interim_plans.h"
 #include "core/planning/ranking/narrow_ways.h"
 #include "core/planning/ranking/optimality_gap.h"
@@ -141,6 +142,9 @@ Outcome OutcomeOf(const RegistrationCheck& check, const Evaluation& evaluation, 
         absl::StrCat(evaluation.exact, " of ", evaluation.views.size(), " views scored exactly"));
   }
   if (!any_candidate) return NothingGains(evaluation.complete);
+  if (plan.attainable_accuracy.has_value()) {
+    return NoneCanRegister(check.checked, *plan.attainable_accuracy, config.registration);
+  }
   if (check.finished) return NoneRegisters(check.checked, check.refused.front().verdict);
   return UnfinishedAfter(check.checked, check.refused.empty() ? nullptr : &check.refused[0].verdict,
                          BudgetThatWouldDo(check, plan, config, budget), budget);
@@ -194,6 +198,9 @@ Plan MakePlan(const PlanningProblem& problem, const parallel::Budget& budget,
   const RegistrationCheck check =
       CheckUntilOneRegisters(problem, evaluation, ranked, wanted, share, Overrun(share), parallel);
   plan.rays += check.rays;
+  const InstrumentLimit limit = FindInstrumentLimit(problem, check, budget.Concluding());
+  plan.attainable_accuracy = limit.attainable;
+  plan.rays += limit.rays;
   clock.Book(PlanStage::kCheck);
 
   DescribeChecked(check, report, evaluation, wanted, budget, parallel, plan);

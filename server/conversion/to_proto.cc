@@ -204,6 +204,9 @@ v1::RegistrationVerdict WriteVerdict(const registration::RegistrationVerdict& ve
   }
   out.set_message(verdict.reason);
   out.set_remedy(verdict.remedy);
+  if (verdict.attainable_accuracy.has_value()) {
+    out.set_attainable_accuracy_m(*verdict.attainable_accuracy);
+  }
   return out;
 }
 
@@ -228,7 +231,30 @@ v1::Registration WriteRegistration(const registration::RegistrationResult& resul
     to.set_fit_share(rival.fit_share);
     to.set_distance_m(rival.distance);
   }
+  for (size_t k = 0; result.residuals.has_value() && k < registration::kResidualClasses; ++k) {
+    const registration::ClassResiduals& of = (*result.residuals)[k];
+    if (of == registration::ClassResiduals()) continue;
+    v1::ClassResiduals& to = *out.add_class_residuals();
+    to.set_class_index(static_cast<int32_t>(k));
+    to.set_block_count(static_cast<int64_t>(of.blocks));
+    to.set_shared_m2(of.shared);
+    to.set_freedom_count(static_cast<int64_t>(of.freedom));
+    to.set_scatter_m2(of.scatter);
+    to.set_expected_scatter_m2(of.expected);
+  }
   return out;
+}
+
+registration::PairResiduals ReadOwnResiduals(const v1::Registration& registration) {
+  registration::PairResiduals residuals{};
+  for (const v1::ClassResiduals& of : registration.class_residuals()) {
+    const auto k = static_cast<size_t>(of.class_index());
+    if (k >= residuals.size()) continue;
+    residuals[k] = {static_cast<double>(of.block_count()), of.shared_m2(),
+                    static_cast<double>(of.freedom_count()), of.scatter_m2(),
+                    of.expected_scatter_m2()};
+  }
+  return residuals;
 }
 
 v1::Levelling WriteLevelling(const registration::Levelling& levelling,
@@ -476,6 +502,9 @@ v1::PlanResult WritePlanResult(const planning::Plan& plan, const v1::PlanningCon
   }
   for (const planning::Storey& storey : plan.storeys) {
     *out.add_storeys() = WriteStorey(storey, origin);
+  }
+  if (plan.attainable_accuracy.has_value()) {
+    out.set_attainable_accuracy_m(*plan.attainable_accuracy);
   }
   out.set_feasible_viewcell_count(static_cast<int64_t>(plan.feasible_cells));
   out.set_deficient_voxel_count(static_cast<int64_t>(plan.deficient_cells));

@@ -14,6 +14,7 @@
 #include "server/conversion/fleet_proto.h"
 #include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
+#include "server/session/instrument.h"
 #include "server/session/pledged_views.h"
 
 namespace vantage::session {
@@ -55,6 +56,11 @@ absl::StatusOr<PlanInputs> ReadPlanInputs(SessionContext& context, ModelMemory& 
       known = true;
     }
   }
+  registration::InstrumentResiduals instrument;
+  if (known) {
+    context.journal().Read(
+        [&](const SessionState& state) { instrument = InstrumentShown(state, scanner); });
+  }
   contract::Violations violations;
   if (!known) {
     violations.Add(
@@ -68,8 +74,9 @@ absl::StatusOr<PlanInputs> ReadPlanInputs(SessionContext& context, ModelMemory& 
   inputs.scanner = conversion::ReadScannerModel(scanner, "scanner_model", violations);
   absl::Status valid = violations.ToStatus();
   if (!valid.ok()) return valid;
-  inputs.read_from =
-      absl::StrCat(inputs.written.SerializeAsString(), "\n", rules.SerializeAsString(), "\n");
+  inputs.read_from = absl::StrCat(inputs.written.SerializeAsString(), "\n",
+                                  rules.SerializeAsString(), "\n", Told(instrument));
+  inputs.config.registration.instrument = instrument;
   for (const planning::RejectedPlace& place : rejected) {
     absl::StrAppendFormat(&inputs.read_from, "%a %a %a %a\n", place.position.x(),
                           place.position.y(), place.position.z(), place.radius);

@@ -252,6 +252,29 @@ std::optional<OverlapSurface::Seen> OverlapSurface::Predict(
   return Seen{Judge(around->elements, view, config), around->rays, 0};
 }
 
+std::optional<OverlapSurface::Bounds> OverlapSurface::BoundsAt(
+    const Eigen::Vector3d& view, const visibility::OcclusionScene& scene,
+    const registration::RegistrationConfig& config, const parallel::Budget& budget) const {
+  std::optional<Overlap> around = See(view, scene, budget, nullptr);
+  if (!around.has_value()) return std::nullopt;
+  std::vector<registration::OverlapElement> overlap = std::move(around->elements);
+  if (!headings_.all_around()) {
+    std::vector<double> by_bin(headings_.bins(), 0);
+    std::vector<double> samples(headings_.size());
+    for (size_t k = 0; k < overlap.size(); ++k) {
+      by_bin[around->bins[k]] += static_cast<double>(overlap[k].samples);
+    }
+    headings_.Sum(by_bin, samples);
+    const size_t heading = BestOf(samples).heading;
+    std::vector<registration::OverlapElement> seen;
+    for (size_t k = 0; k < overlap.size(); ++k) {
+      if (headings_.Sees(heading, around->bins[k])) seen.push_back(overlap[k]);
+    }
+    overlap = std::move(seen);
+  }
+  return Bounds{registration::BoundsOf(overlap, weight_, view, scanner_, config), around->rays};
+}
+
 std::optional<OverlapSurface::Seen> OverlapSurface::PredictBest(
     const Eigen::Vector3d& view, std::span<const double> by_heading,
     const visibility::OcclusionScene& scene, const registration::RegistrationConfig& config,

@@ -67,6 +67,16 @@ class OverlapSurface {
                                   const registration::RegistrationConfig& config,
                                   const parallel::Budget& budget,
                                   const CellArrays* expected = nullptr) const;
+  // The bounds of a scan that sees what is known around a place, with the heading that sees most of
+  // it (registration::BoundsOf()). Nothing when the budget expired on the way.
+  struct Bounds {
+    registration::ExpectedBounds bounds;
+    uint64_t rays = 0;
+  };
+  std::optional<Bounds> BoundsAt(const Eigen::Vector3d& view,
+                                 const visibility::OcclusionScene& scene,
+                                 const registration::RegistrationConfig& config,
+                                 const parallel::Budget& budget) const;
   // Every n-th of `indices` into `cells`, as surface that a scan can be aligned to; `areas` (m^2)
   // has one for each index.
   CellArrays Thinned(const CellArrays& cells, std::span<const uint32_t> indices,

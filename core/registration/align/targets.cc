@@ -28,7 +28,8 @@ std::optional<TargetPose> PoseFromTargets(std::span<const TargetTie> targets) {
   // rad, one sigma, 3 degrees: the alignment's first stage does not bridge more, so that beyond it
   // they are as good as in a line.
   constexpr double kMostTurn = 0.05;
-  constexpr double kSigmas = 5;  // that the worst of up to a thousand targets may be off: 1 in 1e3
+  constexpr double kWorstSigmas =
+      5;  // that the worst of up to a thousand targets may be off: 1 in 1e3
   if (targets.size() < 3) return std::nullopt;
   // As if all were equally good: those of one site are.
   Eigen::Matrix3Xd from(3, targets.size());
@@ -48,7 +49,7 @@ std::optional<TargetPose> PoseFromTargets(std::span<const TargetTie> targets) {
         arm.y(), -arm.x(), 0, 0, 0, 1;
     information += moved.transpose() * moved / (target.sigma * target.sigma);
     const double off = (pose.T_world_scan * target.in_scan - target.in_world).norm();
-    const double share = off / (kSigmas * target.sigma);
+    const double share = off / (kWorstSigmas * target.sigma);
     if (share <= pose.worst_share) continue;
     pose.worst = target.name;
     pose.worst_off = off;

@@ -26,6 +26,17 @@ RegistrationVerdict PredictRegistration(std::span<const OverlapElement> overlap,
                                         const sensor::ScannerModel& scanner,
                                         const RegistrationConfig& config);
 
+// The same bound without margins, from the surface alone: with what the scans so far have shown of
+// the instrument, and by its data sheet. m; 2 OverlapGeometry::kUnconstrained where hardly
+// anything overlaps.
+struct ExpectedBounds {
+  double bound = 0;
+  double by_sheet = 0;
+};
+ExpectedBounds BoundsOf(std::span<const OverlapElement> overlap, double weight,
+                        const Eigen::Vector3d& position, const sensor::ScannerModel& scanner,
+                        const RegistrationConfig& config);
+
 }  // namespace vantage::registration
 
 #endif  // VANTAGE_CORE_REGISTRATION_BOUND_PREDICTION_H_
