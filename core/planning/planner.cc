@@ -22,6 +22,7 @@
 #include "core/planning/ranking/rank_views.h"
 #include "core/planning/ranking/registration_check.h"
 #include "core/planning/ranking/score_map.h"
+#include "core/planning/ranking/target_advice.h"
 #include "core/planning/ranking/termination.h"
 #include "core/planning/ranking/view_report.h"
 
@@ -207,6 +208,7 @@ Plan MakePlan(const PlanningProblem& problem, const parallel::Budget& budget,
   plan.optimality_gap = OptimalityGap(problem, evaluation, check, plan.views);
   plan.termination = Terminate(problem, report, evaluation, budget, parallel, plan);
   NoteNarrowWays(problem, budget, parallel, plan);
+  plan.rays += AdviseTargets(problem, budget.Concluding(), plan);
   Conclude(OutcomeOf(check, evaluation, !ranked.empty(), plan, config, budget), plan);
   clock.Book(PlanStage::kRankViews);
   return plan;

@@ -356,6 +356,25 @@ v1::Patch WritePatch(const planning::Patch& patch, const Eigen::Vector3d& origin
   return out;
 }
 
+v1::TargetAdvice WriteTargetAdvice(const planning::TargetAdvice& advice,
+                                   const Eigen::Vector3d& origin) {
+  v1::TargetAdvice out;
+  for (const planning::TargetPlace& place : advice.places) {
+    v1::TargetPlace& to = *out.add_places();
+    *to.mutable_position() = WriteVector(place.position + origin);
+    if (place.normal.has_value()) *to.mutable_normal() = WriteVector(*place.normal);
+    to.set_target(place.target);
+    to.set_distance_m(place.distance);
+  }
+  out.set_error_bound_m(advice.error_bound);
+  if (advice.first_view.has_value()) {
+    out.set_first_view_index(static_cast<int32_t>(*advice.first_view));
+  }
+  for (const std::string& scan : advice.seen_from) out.add_seen_from_scans(scan);
+  out.set_message(planning::TargetAdviceWords(advice, origin));
+  return out;
+}
+
 v1::RankedView WriteView(const planning::RankedView& view, std::span<const planning::Patch> patches,
                          const Eigen::Vector3d& origin) {
   v1::RankedView out;
@@ -443,6 +462,9 @@ v1::RankedView WriteView(const planning::RankedView& view, std::span<const plann
     region.set_viewcell_count(view.region.viewcell_count);
   }
   *out.mutable_verdict() = WriteVerdict(view.verdict);
+  if (view.targets.has_value()) {
+    *out.mutable_target_advice() = WriteTargetAdvice(*view.targets, origin);
+  }
   return out;
 }
 

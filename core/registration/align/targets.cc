@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/SVD>
+#include <algorithm>
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
@@ -22,6 +23,14 @@ absl::Status ValidateTargets(std::span<const TargetTie> targets) {
     }
   }
   return absl::OkStatus();
+}
+
+bool Refute(std::span<const TargetTie> targets, const Eigen::Isometry3d& T_world_scan) {
+  // Of all three axes together: chance is one in 1e5.
+  constexpr double kFarOff = 5;
+  return std::any_of(targets.begin(), targets.end(), [&](const TargetTie& target) {
+    return (T_world_scan * target.in_scan - target.in_world).norm() > kFarOff * target.sigma;
+  });
 }
 
 std::optional<TargetPose> PoseFromTargets(std::span<const TargetTie> targets) {

@@ -126,6 +126,21 @@ ExpectedConstraints Expect(std::span<const OverlapElement> overlap, double weigh
 
 }  // namespace
 
+TargetedPrediction::TargetedPrediction(std::span<const OverlapElement> overlap, double weight,
+                                       const Eigen::Vector3d& position,
+                                       const sensor::ScannerModel& scanner,
+                                       const RegistrationConfig& config) {
+  const ExpectedConstraints expected =
+      Expect(overlap, weight, position, scanner, config.instrument.Excess(config.correlated_sigma));
+  if (expected.enough) geometry_.emplace(expected.constraints, config.normal_sigma, config);
+  if (config.levelled_sigma > 0) levelled_ = LevelInformation(config.levelled_sigma);
+}
+
+double TargetedPrediction::Bound(std::span<const TargetTie> targets) const {
+  if (!geometry_.has_value()) return 2 * OverlapGeometry::kUnconstrained;
+  return geometry_->Bound(levelled_ + geometry_->FromTargets(targets)).bound;
+}
+
 ExpectedBounds BoundsOf(std::span<const OverlapElement> overlap, double weight,
                         const Eigen::Vector3d& position, const sensor::ScannerModel& scanner,
                         const RegistrationConfig& config) {
@@ -148,7 +163,8 @@ ExpectedBounds BoundsOf(std::span<const OverlapElement> overlap, double weight,
 RegistrationVerdict PredictRegistration(std::span<const OverlapElement> overlap, double weight,
                                         double expected_samples, const Eigen::Vector3d& position,
                                         const sensor::ScannerModel& scanner,
-                                        const RegistrationConfig& config) {
+                                        const RegistrationConfig& config,
+                                        std::span<const TargetTie> targets) {
   const InstrumentExcess excess = config.instrument.Excess(config.correlated_sigma);
   const ExpectedConstraints expected = Expect(overlap, weight, position, scanner, excess);
   const std::vector<Constraint>& constraints = expected.constraints;
@@ -162,6 +178,9 @@ RegistrationVerdict PredictRegistration(std::span<const OverlapElement> overlap,
     known.evidence.push_back(
         {RegistrationBasis::kLevelling, LevelInformation(config.levelled_sigma)});
   }
+  if (!targets.empty()) {
+    known.evidence.push_back({RegistrationBasis::kTargets, geometry.FromTargets(targets)});
+  }
   if (scanner.positioning_error > 0) {
     const double position_sigma = scanner.positioning_error;
     const sensor::Vector6d sigma{
@@ -169,8 +188,11 @@ RegistrationVerdict PredictRegistration(std::span<const OverlapElement> overlap,
     known.guessed = geometry.FromPoseCovariance(sigma.cwiseAbs2().asDiagonal(), position);
   }
   const bool all_around = scanner.TurnsAllAround();
+  // Two targets refute any other pose of a scanner that stands upright.
+  constexpr size_t kPlacedByTargets = 2;
   const bool one_minimum =
-      config.prior_sigma > 0 && kStartsInSigmas * config.prior_sigma <= kOneMinimum;
+      (config.prior_sigma > 0 && kStartsInSigmas * config.prior_sigma <= kOneMinimum) ||
+      targets.size() >= kPlacedByTargets;
   const Margins margins{
       .bound = all_around ? kBoundMargin : kSectorBoundMargin,
       .overlap = AskedOverlap(config.minimum_overlap, all_around && !one_minimum)};

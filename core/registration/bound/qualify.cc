@@ -264,6 +264,8 @@ Qualification Qualify(const model::PlanningView& model, const ScanSurface& surfa
   if (firm_by_sheet) {
     const SamplesAtBest at_best{in_space, agreements};
     result.rival_poses = OpenRivals(model, surface, alignment, at_best, parallel);
+    std::erase_if(result.rival_poses,
+                  [&](const RivalPose& rival) { return Refute(targets, rival.T_world_scan); });
   }
   if (!result.rival_poses.empty()) {
     const RivalPose& first = result.rival_poses.front();
