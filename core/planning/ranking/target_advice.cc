@@ -270,11 +270,15 @@ class TargetSearch {
 
 uint64_t AdviseTargets(const PlanningProblem& problem, const parallel::Budget& budget, Plan& plan) {
   uint64_t rays = 0;
-  size_t advised = 0;
-  for (RankedView& view : plan.refused) {
-    if (++advised > kMostAdvised || budget.Expired()) break;
-    view.targets = FindTargets(problem, view, plan.views.empty() ? nullptr : &plan.views.front(),
-                               budget, rays);
+  const RankedView* next = plan.views.empty() ? nullptr : &plan.views.front();
+  // Where nothing registers, the advice is what the plan is good for.
+  parallel::Budget untimed = budget;
+  untimed.deadline = parallel::Budget::Clock::time_point::max();
+  for (size_t i = 0; i < std::min(plan.refused.size(), kMostAdvised); ++i) {
+    const bool anyway = i == 0 && next == nullptr;
+    if (budget.cancelled.stop_requested() || (!anyway && budget.Expired())) break;
+    RankedView& view = plan.refused[i];
+    view.targets = FindTargets(problem, view, next, anyway ? untimed : budget, rays);
   }
   return rays;
 }

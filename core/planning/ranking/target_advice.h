@@ -14,8 +14,8 @@
 
 namespace vantage::planning {
 
-// Sets RankedView::targets of the best refused views, as far as the budget goes. Returns the rays
-// that it took.
+// Sets RankedView::targets of the best refused views, as far as the budget goes; where no view
+// registers, of the best one whatever time is left. Returns the rays that it took.
 uint64_t AdviseTargets(const PlanningProblem& problem, const parallel::Budget& budget, Plan& plan);
 
 // The smallest set of targets that was found with which a scan from `view`, whose verdict is set,

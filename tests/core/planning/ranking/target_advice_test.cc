@@ -232,9 +232,14 @@ TEST_F(TargetAdviceTest, TheBestRefusedViewsOfAPlanGetIt) {
   parallel::Budget over = parallel::Budget::Unlimited();
   over.deadline = parallel::Budget::Clock::time_point::min();
   Plan late;
-  late.refused.push_back(View(3, 0.3));
+  for (const double x : {3.0, 2.6}) late.refused.push_back(View(x, 0.3));
+  Plan registers = late;
+  registers.views.push_back(View(1.5, 0.3));
   AdviseTargets(*problem_, over, late);
-  EXPECT_FALSE(late.refused[0].targets.has_value());
+  EXPECT_TRUE(late.refused[0].targets.has_value()) << "nothing else registers";
+  EXPECT_FALSE(late.refused[1].targets.has_value());
+  AdviseTargets(*problem_, over, registers);
+  EXPECT_FALSE(registers.refused[0].targets.has_value());
 }
 
 }  // namespace
