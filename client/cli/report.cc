@@ -485,6 +485,11 @@ std::string PlanReport(const v1::Plan& plan) {
     out += ViewReport(r.views(0));
   }
   if (r.has_joint()) out += JointReport(r);
+  for (const v1::RankedView& view : r.refused()) {
+    if (!view.has_target_advice()) continue;
+    absl::StrAppend(&out, "targets    for ", Text(view.position()), Facing(view), ": ",
+                    view.target_advice().message(), "\n");
+  }
   for (const v1::NarrowWay& way : r.narrow_ways()) absl::StrAppend(&out, way.message(), "\n");
   if (r.has_coverage()) out += CoverageReport(r.coverage());
   out += StoreysReport(r.storeys());

@@ -9,6 +9,7 @@
 #include "core/planning/expectation/brick_edit.h"
 #include "core/planning/ranking/rank_views.h"
 #include "core/planning/ranking/registration_check.h"
+#include "core/planning/ranking/target_advice.h"
 #include "core/planning/ranking/view_report.h"
 
 namespace vantage::planning {
@@ -85,6 +86,9 @@ absl::StatusOr<ViewEvaluation> EvaluateView(const PlanningProblem& problem,
         "no scan has seen into this place, so that nothing can be said of a scan from there";
     view.verdict.remedy = "scan from a place that sees into it first";
   }
+  view.position = position;
+  uint64_t rays = 0;
+  view.targets = FindTargets(problem, view, nullptr, budget, rays);
   parallel::Serial serial;
   report.Exact(position, score, std::move(cell_scores), budget, serial, view);
   report.Place(position, view);

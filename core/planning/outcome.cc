@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "core/registration/bound/instrument_limit.h"
 
 namespace vantage::planning {
 
@@ -73,6 +74,14 @@ Outcome NoneRegisters(size_t checked, const registration::RegistrationVerdict& f
           absl::StrCat("none of the ", checked,
                        " views checked, from the best on, can be registered; the first: ",
                        first.reason, "; remedy: ", first.remedy)};
+}
+
+Outcome NoneCanRegister(size_t checked, double attainable,
+                        const registration::RegistrationConfig& config) {
+  return {PlanOutcome::kNoRegistrableView,
+          absl::StrCat("none of the ", checked, " views checked can be registered: ",
+                       registration::InstrumentLimitReason(attainable, config),
+                       "; remedy: ", registration::InstrumentLimitRemedy(attainable))};
 }
 
 Outcome NothingGains(bool complete, absl::string_view beyond) {

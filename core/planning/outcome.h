@@ -12,6 +12,7 @@
 #include "core/planning/feasibility/feasible_views.h"
 #include "core/planning/plan/plan.h"
 #include "core/planning/plan/planning_config.h"
+#include "core/registration/align/registration_config.h"
 #include "core/registration/bound/verdict.h"
 #include "core/sensor/scanner_model.h"
 
@@ -39,6 +40,9 @@ Outcome UnfinishedAfter(size_t checked, const registration::RegistrationVerdict*
                         std::optional<double> would_do, const parallel::Budget& budget);
 // All views that were checked are refused; `first` is the verdict on the best.
 Outcome NoneRegisters(size_t checked, const registration::RegistrationVerdict& first);
+// The same where the required accuracy cannot be met with the scanner: `attainable` (m) can.
+Outcome NoneCanRegister(size_t checked, double attainable,
+                        const registration::RegistrationConfig& config);
 // No candidate gains anything. `complete`: every view was scored, so that this is certain.
 // `beyond`: what it is added to ('beyond the claimed ones'), or empty.
 Outcome NothingGains(bool complete, absl::string_view beyond = {});

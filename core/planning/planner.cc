@@ -15,12 +15,14 @@
 #include "core/planning/plan/ranked_view.h"
 #include "core/planning/plan/stage_clock.h"
 #include "core/planning/ranking/gain_bounds.h"
+#include "core/planning/ranking/instrument_limit.h"
 #include "core/planning/ranking/interim_plans.h"
 #include "core/planning/ranking/narrow_ways.h"
 #include "core/planning/ranking/optimality_gap.h"
 #include "core/planning/ranking/rank_views.h"
 #include "core/planning/ranking/registration_check.h"
 #include "core/planning/ranking/score_map.h"
+#include "core/planning/ranking/target_advice.h"
 #include "core/planning/ranking/termination.h"
 #include "core/planning/ranking/view_report.h"
 
@@ -141,6 +143,9 @@ Outcome OutcomeOf(const RegistrationCheck& check, const Evaluation& evaluation, 
         absl::StrCat(evaluation.exact, " of ", evaluation.views.size(), " views scored exactly"));
   }
   if (!any_candidate) return NothingGains(evaluation.complete);
+  if (plan.attainable_accuracy.has_value()) {
+    return NoneCanRegister(check.checked, *plan.attainable_accuracy, config.registration);
+  }
   if (check.finished) return NoneRegisters(check.checked, check.refused.front().verdict);
   return UnfinishedAfter(check.checked, check.refused.empty() ? nullptr : &check.refused[0].verdict,
                          BudgetThatWouldDo(check, plan, config, budget), budget);
@@ -194,12 +199,16 @@ Plan MakePlan(const PlanningProblem& problem, const parallel::Budget& budget,
   const RegistrationCheck check =
       CheckUntilOneRegisters(problem, evaluation, ranked, wanted, share, Overrun(share), parallel);
   plan.rays += check.rays;
+  const InstrumentLimit limit = FindInstrumentLimit(problem, check, budget.Concluding());
+  plan.attainable_accuracy = limit.attainable;
+  plan.rays += limit.rays;
   clock.Book(PlanStage::kCheck);
 
   DescribeChecked(check, report, evaluation, wanted, budget, parallel, plan);
   plan.optimality_gap = OptimalityGap(problem, evaluation, check, plan.views);
   plan.termination = Terminate(problem, report, evaluation, budget, parallel, plan);
   NoteNarrowWays(problem, budget, parallel, plan);
+  plan.rays += AdviseTargets(problem, budget.Concluding(), plan);
   Conclude(OutcomeOf(check, evaluation, !ranked.empty(), plan, config, budget), plan);
   clock.Book(PlanStage::kRankViews);
   return plan;

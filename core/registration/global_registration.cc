@@ -12,6 +12,7 @@
 #include "core/registration/align/global_search.h"
 #include "core/registration/align/scan_surface.h"
 #include "core/registration/align/voxel_search.h"
+#include "core/registration/bound/instrument_limit.h"
 #include "core/registration/bound/qualify.h"
 #include "core/registration/mirrors_told.h"
 #include "core/registration/registration_input.h"
@@ -29,6 +30,7 @@ void DoubtWhatShapeAloneFound(RegistrationResult& result) {
                                 result.contradiction_share <= kLittleContradiction)) {
     return;
   }
+  result.residuals.reset();
   verdict.outcome = RegistrationOutcome::kDoubtful;
   verdict.bases = {RegistrationBasis::kNoPosePrior};
   verdict.reason = absl::StrFormat(
@@ -58,6 +60,7 @@ RegistrationResult RegisterReturnsGlobally(const model::PlanningView& model,
   sensor::PosePrior there;
   there.T_world_scan = alignment.T_world_scan;
   RegistrationResult result = Qualify(model, surface, alignment, there, config, parallel).result;
+  SayInstrumentLimit(surface, config, result);
   DoubtWhatShapeAloneFound(result);
   if (!result.verdict.registered() && !found.why_not.empty()) {
     result.verdict.reason = absl::StrCat("there is no pose prior, and ", found.why_not,

@@ -46,6 +46,7 @@ std::optional<RegistrationResult> FoundElsewhere(const model::PlanningView& mode
       "but a room that looks the same would, too",
       as_given.verdict.reason, apart.translation().norm(), sensor::Degrees(turned));
   verdict.remedy = "accept it if it was made there, or give a better prior pose";
+  found->residuals.reset();
   found->seconds += as_given.seconds;
   return *std::move(found);
 }

@@ -14,6 +14,7 @@
 #include "core/registration/align/scan_surface.h"
 #include "core/registration/align/targets.h"
 #include "core/registration/align/voxel_search.h"
+#include "core/registration/bound/instrument_limit.h"
 #include "core/registration/bound/qualify.h"
 #include "core/registration/bound/registration_result.h"
 #include "core/registration/mirrors_told.h"
@@ -139,6 +140,8 @@ RegistrationResult RegisterReturns(const model::PlanningView& model, const senso
     kept.converged = true;
     kept.rivals.clear();  // the pose was not chosen among minima
     result = Qualify(model, surface, kept, prior, config, parallel, targets).result;
+    // At a pose that was given, residuals hold its error, too.
+    if (result.residuals.has_value()) result.residuals = aligned.residuals;
     constexpr double kChiSquare6At999 = 22.46;  // quantile of six degrees of freedom, 99.9 %
     if (checkable && Disagreement(prior, aligned) > kChiSquare6At999 &&
         aligned.verdict.overlap_share >= config.minimum_overlap) {
@@ -146,6 +149,7 @@ RegistrationResult RegisterReturns(const model::PlanningView& model, const senso
           (aligned.T_world_scan.translation() - prior.T_world_scan.translation()).norm();
       result.verdict.outcome = RegistrationOutcome::kDoubtful;
       result.verdict.bases = {RegistrationBasis::kTrustedPose};
+      result.residuals.reset();
       result.verdict.reason = absl::StrFormat(
           "the surfaces fit %.3f m away from the trusted pose, more than its covariance allows",
           shift);
@@ -154,6 +158,7 @@ RegistrationResult RegisterReturns(const model::PlanningView& model, const senso
   } else {
     result = QualifyNearPrior(model, surface, alignment, prior, config, targets, parallel);
   }
+  SayInstrumentLimit(surface, config, result);
   // A person may take one of them: it is to be as good as the aligned one.
   for (RivalPose& rival : result.rival_poses) {
     Alignment there;

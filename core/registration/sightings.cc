@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "absl/container/flat_hash_map.h"
+#include "absl/container/btree_map.h"
 
 namespace vantage::registration {
 namespace {
@@ -17,11 +17,9 @@ struct KnownPlace {
   double sigma;  // m, in addition to that of the sighting
 };
 
-}  // namespace
-
-std::vector<TargetTie> TiesOf(std::span<const Sighting> sighted,
-                              std::span<const SightingsOfScan> before) {
-  absl::flat_hash_map<std::string, KnownPlace> known;
+// By name; of several the one with the best known pose, the first of equals.
+absl::btree_map<std::string, KnownPlace> PlacesSeen(std::span<const SightingsOfScan> before) {
+  absl::btree_map<std::string, KnownPlace> known;
   for (const SightingsOfScan& scan : before) {
     for (const Sighting& target : scan.targets) {
       const KnownPlace here{scan.T_world_scan * target.in_scan, scan.error_bound / kSigmasOfBound};
@@ -29,6 +27,31 @@ std::vector<TargetTie> TiesOf(std::span<const Sighting> sighted,
       if (!fresh && here.sigma < it->second.sigma) it->second = here;
     }
   }
+  return known;
+}
+
+}  // namespace
+
+std::vector<KnownTarget> KnownTargetsOf(std::span<const SightingsOfScan> before) {
+  absl::btree_map<std::string, KnownPlace> places = PlacesSeen(before);
+  for (const SightingsOfScan& scan : before) {
+    for (const Sighting& target : scan.targets) {
+      if (target.in_world.has_value()) places[target.name] = {*target.in_world, 0};
+    }
+  }
+  std::vector<KnownTarget> known;
+  for (const auto& [name, place] : places) {
+    KnownTarget& target = known.emplace_back();
+    target.name = name;
+    target.in_world = place.place;
+    target.sigma = std::min(kMostSigma, std::hypot(target.sigma, place.sigma));
+  }
+  return known;
+}
+
+std::vector<TargetTie> TiesOf(std::span<const Sighting> sighted,
+                              std::span<const SightingsOfScan> before) {
+  const absl::btree_map<std::string, KnownPlace> known = PlacesSeen(before);
   std::vector<TargetTie> ties;
   for (const Sighting& target : sighted) {
     TargetTie tie;

@@ -27,6 +27,16 @@ struct SightingsOfScan {
   std::vector<Sighting> targets;
 };
 
+// A target whose place is known: from a control network, or since a scan saw it.
+struct KnownTarget {
+  std::string name;
+  Eigen::Vector3d in_world = Eigen::Vector3d::Zero();  // m
+  double sigma = 0.002;                                // m per axis, of that and of a sighting
+};
+// All that `before` saw, by name; of a target's places that from a control network, else that of
+// the scan with the best known pose.
+std::vector<KnownTarget> KnownTargetsOf(std::span<const SightingsOfScan> before);
+
 // The sighted targets with places from a control network, and those that `before` saw, too; among
 // these scans the one with the best known pose gives the place, the first of equals.
 std::vector<TargetTie> TiesOf(std::span<const Sighting> sighted,

@@ -204,6 +204,9 @@ v1::RegistrationVerdict WriteVerdict(const registration::RegistrationVerdict& ve
   }
   out.set_message(verdict.reason);
   out.set_remedy(verdict.remedy);
+  if (verdict.attainable_accuracy.has_value()) {
+    out.set_attainable_accuracy_m(*verdict.attainable_accuracy);
+  }
   return out;
 }
 
@@ -228,7 +231,30 @@ v1::Registration WriteRegistration(const registration::RegistrationResult& resul
     to.set_fit_share(rival.fit_share);
     to.set_distance_m(rival.distance);
   }
+  for (size_t k = 0; result.residuals.has_value() && k < registration::kResidualClasses; ++k) {
+    const registration::ClassResiduals& of = (*result.residuals)[k];
+    if (of == registration::ClassResiduals()) continue;
+    v1::ClassResiduals& to = *out.add_class_residuals();
+    to.set_class_index(static_cast<int32_t>(k));
+    to.set_block_count(static_cast<int64_t>(of.blocks));
+    to.set_shared_m2(of.shared);
+    to.set_freedom_count(static_cast<int64_t>(of.freedom));
+    to.set_scatter_m2(of.scatter);
+    to.set_expected_scatter_m2(of.expected);
+  }
   return out;
+}
+
+registration::PairResiduals ReadOwnResiduals(const v1::Registration& registration) {
+  registration::PairResiduals residuals{};
+  for (const v1::ClassResiduals& of : registration.class_residuals()) {
+    const auto k = static_cast<size_t>(of.class_index());
+    if (k >= residuals.size()) continue;
+    residuals[k] = {static_cast<double>(of.block_count()), of.shared_m2(),
+                    static_cast<double>(of.freedom_count()), of.scatter_m2(),
+                    of.expected_scatter_m2()};
+  }
+  return residuals;
 }
 
 v1::Levelling WriteLevelling(const registration::Levelling& levelling,
@@ -330,6 +356,25 @@ v1::Patch WritePatch(const planning::Patch& patch, const Eigen::Vector3d& origin
   return out;
 }
 
+v1::TargetAdvice WriteTargetAdvice(const planning::TargetAdvice& advice,
+                                   const Eigen::Vector3d& origin) {
+  v1::TargetAdvice out;
+  for (const planning::TargetPlace& place : advice.places) {
+    v1::TargetPlace& to = *out.add_places();
+    *to.mutable_position() = WriteVector(place.position + origin);
+    if (place.normal.has_value()) *to.mutable_normal() = WriteVector(*place.normal);
+    to.set_target(place.target);
+    to.set_distance_m(place.distance);
+  }
+  out.set_error_bound_m(advice.error_bound);
+  if (advice.first_view.has_value()) {
+    out.set_first_view_index(static_cast<int32_t>(*advice.first_view));
+  }
+  for (const std::string& scan : advice.seen_from) out.add_seen_from_scans(scan);
+  out.set_message(planning::TargetAdviceWords(advice, origin));
+  return out;
+}
+
 v1::RankedView WriteView(const planning::RankedView& view, std::span<const planning::Patch> patches,
                          const Eigen::Vector3d& origin) {
   v1::RankedView out;
@@ -417,6 +462,9 @@ v1::RankedView WriteView(const planning::RankedView& view, std::span<const plann
     region.set_viewcell_count(view.region.viewcell_count);
   }
   *out.mutable_verdict() = WriteVerdict(view.verdict);
+  if (view.targets.has_value()) {
+    *out.mutable_target_advice() = WriteTargetAdvice(*view.targets, origin);
+  }
   return out;
 }
 
@@ -476,6 +524,9 @@ v1::PlanResult WritePlanResult(const planning::Plan& plan, const v1::PlanningCon
   }
   for (const planning::Storey& storey : plan.storeys) {
     *out.add_storeys() = WriteStorey(storey, origin);
+  }
+  if (plan.attainable_accuracy.has_value()) {
+    out.set_attainable_accuracy_m(*plan.attainable_accuracy);
   }
   out.set_feasible_viewcell_count(static_cast<int64_t>(plan.feasible_cells));
   out.set_deficient_voxel_count(static_cast<int64_t>(plan.deficient_cells));

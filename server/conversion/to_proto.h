@@ -52,6 +52,8 @@ v1::SurfaceKind WriteKind(model::SurfaceKind kind);
 v1::RegistrationVerdict WriteVerdict(const registration::RegistrationVerdict& verdict);
 v1::Registration WriteRegistration(const registration::RegistrationResult& result,
                                    uint64_t model_version, const Eigen::Vector3d& origin);
+// The inverse of what it writes of residuals.
+registration::PairResiduals ReadOwnResiduals(const v1::Registration& registration);
 v1::Levelling WriteLevelling(const registration::Levelling& levelling,
                              const Eigen::Vector3d& origin);
 v1::MergeReport WriteMergeReport(const model::MergeReport& report);

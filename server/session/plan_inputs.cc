@@ -14,7 +14,9 @@
 #include "server/conversion/fleet_proto.h"
 #include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
+#include "server/session/instrument.h"
 #include "server/session/pledged_views.h"
+#include "server/session/sightings.h"
 
 namespace vantage::session {
 namespace {
@@ -55,6 +57,16 @@ absl::StatusOr<PlanInputs> ReadPlanInputs(SessionContext& context, ModelMemory& 
       known = true;
     }
   }
+  registration::InstrumentResiduals instrument;
+  std::vector<registration::KnownTarget> targets;
+  std::vector<planning::ScannedFrom> scanned_from;
+  if (known) {
+    context.journal().Read([&](const SessionState& state) {
+      instrument = InstrumentShown(state, scanner);
+      targets = KnownTargetsOf(state, context.origin());
+      scanned_from = ScannedFromOf(state, context.origin());
+    });
+  }
   contract::Violations violations;
   if (!known) {
     violations.Add(
@@ -68,8 +80,17 @@ absl::StatusOr<PlanInputs> ReadPlanInputs(SessionContext& context, ModelMemory& 
   inputs.scanner = conversion::ReadScannerModel(scanner, "scanner_model", violations);
   absl::Status valid = violations.ToStatus();
   if (!valid.ok()) return valid;
-  inputs.read_from =
-      absl::StrCat(inputs.written.SerializeAsString(), "\n", rules.SerializeAsString(), "\n");
+  inputs.read_from = absl::StrCat(inputs.written.SerializeAsString(), "\n",
+                                  rules.SerializeAsString(), "\n", Told(instrument));
+  inputs.config.registration.instrument = instrument;
+  const auto tell = [&](const std::string& name, const Eigen::Vector3d& at, double figure) {
+    absl::StrAppendFormat(&inputs.read_from, "%s %a %a %a %a\n", name, at.x(), at.y(), at.z(),
+                          figure);
+  };
+  for (const auto& target : targets) tell(target.name, target.in_world, target.sigma);
+  for (const auto& scan : scanned_from) tell(scan.name, scan.position, scan.error_bound);
+  inputs.config.targets = std::move(targets);
+  inputs.config.scanned_from = std::move(scanned_from);
   for (const planning::RejectedPlace& place : rejected) {
     absl::StrAppendFormat(&inputs.read_from, "%a %a %a %a\n", place.position.x(),
                           place.position.y(), place.position.z(), place.radius);

@@ -17,6 +17,7 @@
 #include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
 #include "server/session/gain_promise.h"
+#include "server/session/instrument.h"
 #include "server/session/sightings.h"
 #include "server/session/stored_scans.h"
 
@@ -217,8 +218,10 @@ void ScanReconciler::Align(const v1::Scan& scan, sensor::Scan& data,
   } else {
     Eigen::Isometry3d last_pose = Eigen::Isometry3d::Identity();
     v1::PlanningConfig config;
+    registration::InstrumentResiduals instrument;
     journal_.Read([&](const SessionState& state) {
       config = state.session.planning_config();
+      instrument = InstrumentShown(state, scan.scanner_model(), scan.name());
       for (const std::string& name : state.scan_order) {
         const ScanRecord& record = state.scans.at(name);
         if (record.in_model) {
@@ -227,8 +230,9 @@ void ScanReconciler::Align(const v1::Scan& scan, sensor::Scan& data,
       }
     });
     contract::Violations violations;
-    const planning::PlanningConfig planning = conversion::ReadPlanningConfig(
+    planning::PlanningConfig planning = conversion::ReadPlanningConfig(
         config, {}, context_.origin(), model.view->voxel_size(), "planning_config", "", violations);
+    planning.registration.instrument = instrument;
     const absl::Time started = absl::Now();
     absl::StatusOr<registration::RegistrationResult> result =
         dependencies_.algorithms.register_scan(*model.view, data, last_pose, targets,

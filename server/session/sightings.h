@@ -5,7 +5,9 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "core/planning/plan/target_advice.h"
 #include "core/registration/align/targets.h"
+#include "core/registration/sightings.h"
 #include "server/session/session_state.h"
 
 namespace vantage::session {
@@ -14,6 +16,12 @@ namespace vantage::session {
 // session's origin, m, world frame.
 std::vector<registration::TargetTie> TiesOf(const SessionState& state, const v1::Scan& scan,
                                             const Eigen::Vector3d& origin);
+
+// The targets whose places are known, and the scans in the model, in their order.
+std::vector<registration::KnownTarget> KnownTargetsOf(const SessionState& state,
+                                                      const Eigen::Vector3d& origin);
+std::vector<planning::ScannedFrom> ScannedFromOf(const SessionState& state,
+                                                 const Eigen::Vector3d& origin);
 
 }  // namespace vantage::session
 

@@ -22,6 +22,7 @@ Benchmark BenchPrepare;     // prepare.*
 Benchmark BenchVerdict;     // verdict.*
 Benchmark BenchChange;      // change.*
 Benchmark BenchPrediction;  // predict.kept.*, predict.missed.*
+Benchmark BenchAdvice;      // advice.*
 Benchmark BenchCycle;       // cycle.*
 Benchmark BenchCarve;       // carve.*
 Benchmark BenchSnapshot;    // snapshot.*

@@ -1,6 +1,5 @@
 #include "tests/bench/calibration_pair.h"
 
-#include <array>
 #include <cmath>
 #include <sstream>
 #include <vector>
@@ -17,6 +16,7 @@
 #include "core/simulation/simulated_scanner.h"
 #include "core/visibility/occlusion_scene.h"
 #include "core/visibility/opaque_grid.h"
+#include "tests/bench/shared_error.h"
 
 namespace vantage::bench {
 namespace {
@@ -43,34 +43,6 @@ class Normal {
   uint64_t next_ = 0;
 };
 
-// A smooth random function of the place, of unit variance, whose integral over a plane is that of
-// squares of the correlation length: a squared exponential by random cosines.
-class SharedError {
- public:
-  SharedError(double correlation_length, uint64_t seed) {
-    Normal normal(seed);
-    simulation::RandomSequence random(simulation::MixBits(seed) + 1);
-    const double scale = correlation_length / std::sqrt(2 * sensor::kPi);
-    for (Wave& wave : waves_) {
-      wave.vector = (normal.Three() / scale).cast<float>();
-      wave.phase = static_cast<float>(random.Between(0, 2 * sensor::kPi));
-    }
-  }
-  double At(const Eigen::Vector3f& point) const {
-    float sum = 0;
-    for (const Wave& wave : waves_) sum += std::cos(wave.vector.dot(point) + wave.phase);
-    return std::sqrt(2.0 / kWaves) * sum;
-  }
-
- private:
-  static constexpr size_t kWaves = 32;
-  struct Wave {
-    Eigen::Vector3f vector;
-    float phase;
-  };
-  std::array<Wave, kWaves> waves_;
-};
-
 Eigen::Isometry3d Upright(const Vector3d& position, double heading, double tilt_sigma,
                           Normal& normal) {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
@@ -81,12 +53,21 @@ Eigen::Isometry3d Upright(const Vector3d& position, double heading, double tilt_
   return pose;
 }
 
+CalibrationScene Scaled(CalibrationScene scene, double scale) {
+  for (Eigen::Vector3f& vertex : scene.mesh.vertices) vertex *= static_cast<float>(scale);
+  scene.T_scene_local.translation() *= scale;
+  scene.stations = Eigen::AlignedBox3d(scale * scene.stations.min(), scale * scene.stations.max());
+  return scene;
+}
+
 class Site {
  public:
   Site(const SceneFamily& family, uint64_t seed, const CalibrationSettings& settings)
-      : scene_(family.make(seed)), tracer_(scene_.mesh), settings_(settings) {
+      : scene_(Scaled(family.make(seed), settings.scale)),
+        tracer_(scene_.mesh),
+        settings_(settings) {
     scanner_.azimuth_step = scanner_.elevation_step = settings.step;
-    scanner_.range_max = kCalibrationRange;
+    scanner_.range_max = settings.scale * kCalibrationRange;
     scanner_.positioning_error = settings.position_guess;
   }
   const sensor::ScannerModel& scanner() const { return scanner_; }
@@ -102,21 +83,13 @@ class Site {
     for (int k = 0; k < 3; ++k) local[k] = random.Between(box.min()[k], box.max()[k]);
     return scene_.T_scene_local * local;
   }
-  sensor::Scan Measure(const Eigen::Isometry3d& pose, double correlation_length,
-                       uint64_t seed) const {
+  sensor::Scan Measure(const Eigen::Isometry3d& pose, uint64_t seed) const {
     parallel::Serial serial;
     sensor::Scan scan;
     scan.scanner = scanner_;
     scan.image = tracer_.Scan(scanner_, pose, simulation::ScanFaults{}, seed, serial);
-    const SharedError shared(correlation_length, simulation::MixBits(seed));
-    for (int column = 0; column < scan.image.columns(); ++column) {
-      for (int row = 0; row < scan.image.rows(); ++row) {
-        float& range = scan.image.range[scan.image.Index(column, row)];
-        if (!sensor::RangeImage::IsRange(range)) continue;
-        const Vector3d point = pose * Vector3d(range * scan.image.Direction(column, row));
-        range += static_cast<float>(settings_.shared_sigma * shared.At(point.cast<float>()));
-      }
-    }
+    SharedError(settings_.correlation_length, simulation::MixBits(seed))
+        .AddTo(scan.image, pose, settings_.shared_sigma);
     return scan;
   }
 
@@ -157,8 +130,9 @@ Eigen::AlignedBox3d OverlapBox(const model::PlanningView& model, const sensor::S
 
 std::vector<CalibrationPair> MeasureScene(const SceneFamily& family, int scene, uint64_t seed,
                                           int count, const CalibrationSettings& settings,
-                                          const registration::RegistrationConfig& config) {
+                                          const registration::RegistrationConfig& configured) {
   parallel::Serial serial;
+  registration::RegistrationConfig config = configured;
   const Site site(family, seed, settings);
   simulation::RandomSequence random(simulation::MixBits(seed) ^ 41);
   Normal normal(simulation::MixBits(seed) ^ 43);
@@ -171,7 +145,7 @@ std::vector<CalibrationPair> MeasureScene(const SceneFamily& family, int scene, 
   const Eigen::Isometry3d T_world_first =
       Upright(first, random.Between(0, 2 * sensor::kPi), settings.tilt_guess, normal);
   auto model = model::PartialModel::Create({});
-  const sensor::Scan made = site.Measure(T_world_first, config.correlation_length, seed);
+  const sensor::Scan made = site.Measure(T_world_first, seed);
   if (!model.ok() || !(*model)->Insert("first", made, T_world_first, serial).ok()) return pairs;
   const auto view = (*model)->Publish();
   const visibility::OpaqueGrid grid(*view);
@@ -183,7 +157,9 @@ std::vector<CalibrationPair> MeasureScene(const SceneFamily& family, int scene, 
     const Vector3d at = site.Place(random);
     const double away = (at - first).norm();
     const bool may_hide = random.Chance(kHiddenShare);
-    if (away < kNearestSecond || away > kFarthestSecond || !site.CanStand(at)) continue;
+    if (away < kNearestSecond || away > settings.scale * kFarthestSecond || !site.CanStand(at)) {
+      continue;
+    }
     if (!may_hide && !site.tracer().Visible(first, at)) continue;
     CalibrationPair pair;
     pair.family = family.name;
@@ -191,13 +167,14 @@ std::vector<CalibrationPair> MeasureScene(const SceneFamily& family, int scene, 
     pair.scene = scene;
     pair.pair = static_cast<int>(pairs.size());
     const double heading = random.Between(0, 2 * sensor::kPi);
-    const Eigen::Isometry3d truth = Upright(at, heading, settings.tilt_guess, normal);
+    const double off = settings.prior_lie;
+    const Eigen::Isometry3d truth = Upright(at, heading, off * settings.tilt_guess, normal);
     // The planned place with a positioning error, and the heading with a compass's error; upright.
     sensor::PosePrior prior;
-    const Vector3d planned = at + settings.position_guess * normal.Three();
+    const Vector3d planned = at + off * settings.position_guess * normal.Three();
     // Only places known to be empty are planned.
     if (!view->Empty(view->At(planned))) continue;
-    const double guessed_heading = heading + settings.heading_guess * normal();
+    const double guessed_heading = heading + off * settings.heading_guess * normal();
     prior.T_world_scan = Upright(planned, guessed_heading, 0, normal);
     const sensor::Vector6d sigma{{settings.tilt_guess, settings.tilt_guess, settings.heading_guess,
                                   settings.position_guess, settings.position_guess,
@@ -209,8 +186,7 @@ std::vector<CalibrationPair> MeasureScene(const SceneFamily& family, int scene, 
 
     const auto predicted = surface.Predict(prior.T_world_scan.translation(), occlusion, config,
                                            parallel::Budget::Unlimited());
-    const sensor::Scan scan =
-        site.Measure(truth, config.correlation_length, seed * 1000 + static_cast<uint64_t>(tries));
+    const sensor::Scan scan = site.Measure(truth, seed * 1000 + static_cast<uint64_t>(tries));
     const auto aligned = registration::Register(*view, scan, prior, config, serial);
     if (!predicted.has_value() || !aligned.ok()) continue;
     pair.predicted = predicted->verdict.outcome;
@@ -218,6 +194,9 @@ std::vector<CalibrationPair> MeasureScene(const SceneFamily& family, int scene, 
     pair.predicted_judged = predicted->verdict.judged_bound;
     pair.predicted_overlap = predicted->verdict.overlap_share;
     RecordAlignment(*aligned, truth, OverlapBox(*view, scan, truth, serial), pair);
+    if (settings.learn && aligned->residuals.has_value()) {
+      config.instrument.Add(*aligned->residuals);
+    }
     pairs.push_back(std::move(pair));
   }
   return pairs;
@@ -235,23 +214,24 @@ void RecordAlignment(const registration::RegistrationResult& aligned,
   pair.metres = error.translation().norm();
   pair.degrees = sensor::Degrees(Eigen::AngleAxisd(error.linear()).angle());
   pair.seconds = aligned.seconds;
+  pair.attainable = aligned.verdict.attainable_accuracy.value_or(0);
   pair.decided_by = registration::BasesText(aligned.verdict.bases);
 }
 
 std::string CalibrationHeader() {
   return "family,degenerate,scene,pair,prior_m,prior_deg,predicted,predicted_bound_m,"
          "predicted_judged_m,predicted_overlap,outcome,bound_m,judged_m,"
-         "overlap,achieved_m,scanner_m,scanner_deg,seconds,decided_by";
+         "overlap,achieved_m,scanner_m,scanner_deg,seconds,decided_by,attainable_m";
 }
 
 std::string ToLine(const CalibrationPair& p) {
   return absl::StrFormat(
       "%s,%d,%d,%d,%.4f,%.3f,%d,%.6f,%.6f,%.4f,%d,%.6f,%.6f,%.4f,%.6f,"
-      "%.6f,%.4f,%.3f,%s",
+      "%.6f,%.4f,%.3f,%s,%.6f",
       p.family, p.degenerate ? 1 : 0, p.scene, p.pair, p.prior_metres, p.prior_degrees,
       static_cast<int>(p.predicted), p.predicted_bound, p.predicted_judged, p.predicted_overlap,
       static_cast<int>(p.outcome), p.bound, p.judged, p.overlap, p.achieved, p.metres, p.degrees,
-      p.seconds, p.decided_by);
+      p.seconds, p.decided_by, p.attainable);
 }
 
 std::optional<CalibrationPair> FromLine(const std::string& line) {
@@ -259,7 +239,7 @@ std::optional<CalibrationPair> FromLine(const std::string& line) {
   CalibrationPair p;
   std::vector<std::string> fields;
   for (std::string field; std::getline(in, field, ',');) fields.push_back(field);
-  constexpr size_t kFields = 19;
+  constexpr size_t kFields = 20;
   if (fields.size() != kFields || fields[0] == "family") return std::nullopt;
   size_t at = 0;
   const auto number = [&] { return std::strtod(fields[at++].c_str(), nullptr); };
@@ -282,7 +262,8 @@ std::optional<CalibrationPair> FromLine(const std::string& line) {
   p.metres = number();
   p.degrees = number();
   p.seconds = number();
-  p.decided_by = fields[at];
+  p.decided_by = fields[at++];
+  p.attainable = number();
   return p;
 }
 

@@ -19,16 +19,23 @@
 namespace vantage::bench {
 
 // The errors of the study's instrument and of its pose priors, one sigma. Error bounds are computed
-// with the same values.
+// with the defaults.
 struct CalibrationSettings {
   double step = sensor::Radians(0.5);         // rad between samples
   double position_guess = 0.15;               // m per axis, error of reaching the planned place
   double heading_guess = sensor::Radians(5);  // rad
   double tilt_guess = sensor::Radians(1);     // rad
   // Errors of ranges that neighbours share, beside the scanner's white noise: a field over each
-  // scan's surfaces of this sigma (m) whose integral scale is the configured correlation length.
-  // Two scans of one surface at the usual incidence differ by about the configured 2 mm.
+  // scan's surfaces of this sigma (m) and this integral scale (m). The defaults are what bounds are
+  // configured for: two scans of one surface at the usual incidence differ by about 2 mm.
   double shared_sigma = 0.002;
+  double correlation_length = 0.5;
+  // Scenes, distances and ranges are so many times as large: 4 makes ranges of 40 m.
+  double scale = 1;
+  // Errors of priors are so many times what they state.
+  double prior_lie = 1;
+  // Scans of a scene tell the next ones what their residuals show of the instrument.
+  bool learn = false;
 };
 
 struct CalibrationPair {
@@ -53,6 +60,7 @@ struct CalibrationPair {
   double degrees = 0;
   double seconds = 0;  // Register(), one thread
   std::string decided_by;
+  double attainable = 0;  // m, that the verdict says instead of the required accuracy; 0: nothing
 
   bool Accurate(const registration::RegistrationConfig& config) const {
     return achieved <= config.required_accuracy;

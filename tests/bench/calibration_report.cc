@@ -217,6 +217,31 @@ void PrintFamilies(const std::vector<CalibrationPair>& pairs,
   }
 }
 
+void PrintInstrument(const std::vector<CalibrationPair>& pairs) {
+  size_t said = 0;
+  std::map<std::string, int> first;  // by scene: the first pair of which it is said, from 1
+  std::vector<double> attainable;
+  std::vector<double> promise;
+  for (const CalibrationPair& p : pairs) {
+    promise.push_back(p.judged / std::max(kLeastError, p.predicted_judged));
+    if (p.attainable <= 0) continue;
+    ++said;
+    attainable.push_back(p.attainable);
+    first.try_emplace(absl::StrCat(p.family, p.scene), p.pair + 1);
+  }
+  absl::PrintF("\nthe judged bound over the predicted one: median %.2f\n",
+               promise.empty() ? 0.0 : Percentile(promise, 0.5));
+  absl::PrintF("that the instrument cannot: said of %d of %d pairs, in %d scenes", said,
+               pairs.size(), first.size());
+  if (said > 0) {
+    std::vector<double> after;
+    for (const auto& [scene, pair] : first) after.push_back(pair);
+    absl::PrintF(", first at pair %.0f (median; last %.0f); attainable %.1f mm (median)",
+                 Percentile(after, 0.5), Percentile(after, 1), 1000 * Percentile(attainable, 0.5));
+  }
+  absl::PrintF("\n");
+}
+
 void PrintRealPairs(const std::vector<CalibrationPair>& pairs) {
   absl::PrintF("\n%-12s %3s %9s %9s | %9s %9s %8s %8s  %-10s %s\n", "pair", "", "prior off", "",
                "ends off", "", "E", "overlap", "verdict", "decided by");

@@ -19,6 +19,9 @@ void ReportCalibration(const std::vector<CalibrationPair>& pairs,
                        const registration::RegistrationConfig& config, Figures& figures);
 void PrintFamilies(const std::vector<CalibrationPair>& pairs,
                    const registration::RegistrationConfig& config);
+// Of how many pairs it was said that the instrument cannot do what is required, and after how many
+// in a scene.
+void PrintInstrument(const std::vector<CalibrationPair>& pairs);
 // One line each.
 void PrintRealPairs(const std::vector<CalibrationPair>& pairs);
 

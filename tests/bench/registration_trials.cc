@@ -1,5 +1,8 @@
 #include "tests/bench/registration_trials.h"
 
+#include <utility>
+#include <vector>
+
 #include "absl/strings/str_cat.h"
 #include "core/registration/registration.h"
 
@@ -47,7 +50,8 @@ sensor::Scan RegistrationTrials::ScanAt(const simulation::SimulatedScanner& of,
 
 RegistrationTrial RegistrationTrials::RegisterFrom(const Vector3d& place, const Vector3d& told,
                                                    double sigma, StatedPrior stated,
-                                                   const registration::RegistrationConfig& config) {
+                                                   const registration::RegistrationConfig& config,
+                                                   std::span<const Vector3d> targets) {
   const Eigen::Isometry3d truth = PoseAt(place);
   const sensor::Scan scan =
       ScanAt(later_.has_value() ? *later_ : tracer_, truth, seed_ + kAfterModel + scans_);
@@ -64,9 +68,20 @@ RegistrationTrial RegistrationTrials::RegisterFrom(const Vector3d& place, const 
     const sensor::Vector6d sigmas{{kTiltSigma, kTiltSigma, kTurnSigma, sigma, sigma, kUpSigma}};
     prior.covariance = sigmas.cwiseAbs2().asDiagonal();
   }
+  std::vector<registration::TargetTie> ties;
+  for (const Vector3d& target : targets) {
+    registration::TargetTie tie;
+    tie.name = absl::StrCat(ties.size());
+    const uint64_t stream = 4 + 3 * ties.size();
+    tie.in_scan = truth.inverse() * target +
+                  tie.sigma * Vector3d(normal(stream), normal(stream + 1), normal(stream + 2));
+    tie.in_world = target;
+    ties.push_back(std::move(tie));
+  }
   ++scans_;
   RegistrationTrial trial;
-  trial.result = registration::Register(*view_, scan, prior, config, parallel_).value();
+  trial.result =
+      registration::RegisterWithTargets(*view_, scan, prior, ties, config, parallel_).value();
   trial.off = (trial.result.T_world_scan.translation() - truth.translation()).norm();
   return trial;
 }

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 
 #include "core/model/partial_model.h"
 #include "core/model/view/planning_view.h"
@@ -38,14 +39,17 @@ class RegistrationTrials {
   const simulation::SimulatedScanner& tracer() const { return tracer_; }
   // A scan from a place, with a prior that is off by `sigma` (m, one sigma of each horizontal axis)
   // and by 5 cm and 5 degrees. The next call draws other errors.
+  // `targets`: places (m, world) of targets that the scan sees, to TargetTie's sigma.
   RegistrationTrial Register(const Eigen::Vector3d& place, double sigma, StatedPrior stated,
-                             const registration::RegistrationConfig& config) {
-    return RegisterFrom(place, place, sigma, stated, config);
+                             const registration::RegistrationConfig& config,
+                             std::span<const Eigen::Vector3d> targets = {}) {
+    return RegisterFrom(place, place, sigma, stated, config, targets);
   }
   // The same with a prior of another place.
   RegistrationTrial RegisterFrom(const Eigen::Vector3d& place, const Eigen::Vector3d& told,
                                  double sigma, StatedPrior stated,
-                                 const registration::RegistrationConfig& config);
+                                 const registration::RegistrationConfig& config,
+                                 std::span<const Eigen::Vector3d> targets = {});
 
  private:
   Eigen::Isometry3d PoseAt(const Eigen::Vector3d& place);

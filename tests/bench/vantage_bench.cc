@@ -76,6 +76,10 @@ constexpr auto kGroups = std::to_array<Group>({
     {"promises", "predict.kept. predict.missed.",
      "views promised to register, and whether their scans do; --full: in four times the scenes", 4,
      BenchPrediction},
+    {"advice", "advice.",
+     "views that were refused, and whether their scans register with the targets that are advised; "
+     "--full: in four times the scenes",
+     3, BenchAdvice},
     {"prepare", "prepare.", "steps A to C after the tenth scan, beside from nothing", 2,
      BenchPrepare},
     {"cycle", "cycle.", "from a scan to checked views", 1, BenchCycle},

@@ -1,4 +1,5 @@
 // vantage_calibrate [--small] [--tuning] [--family NAME] [--out FOLDER] [--seconds S]
+//                   [--shared MM] [--correlation M] [--scale K] [--prior-lie F] [--learn]
 //
 // Registration against the truth: predicted and achieved error of simulated pairs in generated
 // scenes, and of the real pairs. Goes on where it was stopped: scenes that are in FOLDER's table
@@ -51,13 +52,14 @@ struct StudyOptions {
   int priors = 20;  // of each real pair
   int threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   double seconds = 1e9;
+  CalibrationSettings settings;
 };
 
 }  // namespace
 
 int Calibrate(const StudyOptions& options) {
   const auto started = std::chrono::steady_clock::now();
-  const CalibrationSettings settings;
+  const CalibrationSettings& settings = options.settings;
   const registration::RegistrationConfig config;
   const auto families = CalibrationFamilies();
   const std::string& folder = options.folder;
@@ -117,6 +119,7 @@ int Calibrate(const StudyOptions& options) {
   Figures figures("");
   ReportCalibration(pairs, config, figures);
   PrintFamilies(pairs, config);
+  PrintInstrument(pairs);
   if (!figures.WriteJson(folder + "/figures.json") ||
       !DrawCalibration(folder + "/errors.svg", pairs, config)) {
     std::cerr << "cannot write into " << folder << "\n";
@@ -149,7 +152,21 @@ int main(int argc, char** argv) {
   app.add_option("--scenes", options.scenes, "scenes in each family");
   app.add_option("--pairs", options.pairs, "pairs in each scene")->capture_default_str();
   app.add_option("--priors", options.priors, "of each real pair; 0: none")->capture_default_str();
+  double shared_mm = 1000 * options.settings.shared_sigma;
+  app.add_option("--shared", shared_mm, "errors that neighbours share, one sigma, mm")
+      ->capture_default_str();
+  app.add_option("--correlation", options.settings.correlation_length,
+                 "over which they are shared, m; bounds assume 0.5")
+      ->capture_default_str();
+  app.add_option("--scale", options.settings.scale, "of scenes, distances and ranges (10 m)")
+      ->capture_default_str();
+  app.add_option("--prior-lie", options.settings.prior_lie,
+                 "errors of priors, over what these state")
+      ->capture_default_str();
+  app.add_flag("--learn", options.settings.learn,
+               "the scans of a scene tell the next ones of the instrument");
   CLI11_PARSE(app, argc, argv);
+  options.settings.shared_sigma = shared_mm / 1000;
   if (options.scenes <= 0) options.scenes = small ? 2 : 17;
   if (tuning) options.base_seed = vantage::bench::kTuningSeed;
   return vantage::bench::Calibrate(options);

@@ -77,6 +77,9 @@ struct Plan {
   std::optional<Coverage> coverage;    // absent until it was measured
   std::vector<Storey> storeys;         // from the lowest up; empty until they were found
   double required_density = 0;         // D that the figures refer to
+  // Where no view registers since the required accuracy cannot be met with the scanner: the bound
+  // that can, m.
+  std::optional<double> attainable_accuracy;
   size_t feasible_cells = 0;
   size_t deficient_cells = 0;
   int surface_cube = 1;       // PatchSet::cube

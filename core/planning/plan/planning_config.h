@@ -14,7 +14,9 @@
 #include "core/model/view/voxel.h"
 #include "core/planning/plan/required_region.h"
 #include "core/planning/plan/storey.h"
+#include "core/planning/plan/target_advice.h"
 #include "core/registration/align/registration_config.h"
+#include "core/registration/sightings.h"
 #include "core/sensor/scanner_model.h"
 
 namespace vantage::planning {
@@ -92,6 +94,10 @@ struct PlanningConfig {
   std::vector<RequiredRegion> regions;  // no two overlap
   std::vector<NamedStorey> storeys;     // for what people are told
   registration::RegistrationConfig registration;
+  // For advice on targets: those whose places are known, and the scans in the model; without the
+  // latter the model's stations count, as if their poses had no error.
+  std::vector<registration::KnownTarget> targets;
+  std::vector<ScannedFrom> scanned_from;
 
   // INVALID_ARGUMENT: one message that names every impossible field, including a D that the scanner
   // cannot reach anywhere in its range.

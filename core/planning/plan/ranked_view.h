@@ -12,6 +12,7 @@
 #include "core/planning/plan/expected_station.h"
 #include "core/planning/plan/planning_config.h"
 #include "core/planning/plan/storey.h"
+#include "core/planning/plan/target_advice.h"
 #include "core/registration/bound/verdict.h"
 
 namespace vantage::planning {
@@ -85,6 +86,8 @@ struct RankedView {
   LocationDescription location;
   EquivalentRegion region;
   registration::RegistrationVerdict verdict;
+  // Of a view that was refused: targets with which it would register, where some were found.
+  std::optional<TargetAdvice> targets;
   // The scanner's setting that the view is planned with and the time of a scan with it, minutes;
   // empty and absent where the plan does not choose the setting.
   std::string setting;

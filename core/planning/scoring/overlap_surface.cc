@@ -216,6 +216,7 @@ std::optional<OverlapSurface::Overlap> OverlapSurface::See(const Eigen::Vector3d
                                   samples[i],
                                   model_samples != nullptr ? model_samples[i] : 1});
       overlap.bins.push_back(headings_.BinOf(ray.x(), ray.y()));
+      if (&cells == &cells_) overlap.cells.push_back(static_cast<uint32_t>(i));
     }
     return score.finished;
   };
@@ -226,11 +227,77 @@ std::optional<OverlapSurface::Overlap> OverlapSurface::See(const Eigen::Vector3d
 
 registration::RegistrationVerdict OverlapSurface::Judge(
     std::span<const registration::OverlapElement> overlap, const Eigen::Vector3d& view,
-    const registration::RegistrationConfig& config) const {
+    const registration::RegistrationConfig& config,
+    std::span<const registration::TargetTie> targets) const {
   registration::RegistrationVerdict verdict = registration::PredictRegistration(
-      overlap, weight_, DirectionsOf(scanner_), view, scanner_, config);
-  rivals_->Judge(overlap, view, scanner_, config, verdict);
+      overlap, weight_, DirectionsOf(scanner_), view, scanner_, config, targets);
+  rivals_->Judge(overlap, view, scanner_, config, verdict, targets);
   return verdict;
+}
+
+std::optional<OverlapSurface::Sight> OverlapSurface::SightFrom(
+    const Eigen::Vector3d& view, const visibility::OcclusionScene& scene,
+    const parallel::Budget& budget, std::optional<double> heading) const {
+  std::optional<Overlap> around = See(view, scene, budget, nullptr);
+  if (!around.has_value()) return std::nullopt;
+  if (!headings_.all_around() && heading.has_value()) KeepSeen(*heading, view, *around);
+  Sight sight{std::vector<float>(cells_.size()), std::move(around->elements), around->rays};
+  for (size_t k = 0; k < sight.elements.size(); ++k) {
+    sight.samples[around->cells[k]] = sight.elements[k].samples;
+  }
+  return sight;
+}
+
+registration::RegistrationVerdict OverlapSurface::JudgeSight(
+    const Sight& sight, const Eigen::Vector3d& view, const registration::RegistrationConfig& config,
+    std::span<const registration::TargetTie> targets) const {
+  return Judge(sight.elements, view, config, targets);
+}
+
+registration::TargetedPrediction OverlapSurface::Targeted(
+    const Sight& sight, const Eigen::Vector3d& view,
+    const registration::RegistrationConfig& config) const {
+  return {sight.elements, weight_, view, scanner_, config};
+}
+
+bool OverlapSurface::Sees(const Eigen::Vector3d& view, const Eigen::Vector3d& point,
+                          const visibility::OcclusionScene& scene,
+                          std::optional<double> heading) const {
+  // Rays end in front of surface, which is opaque.
+  constexpr double kBefore = 2;  // voxels
+  const Eigen::Vector3d ray = point - view;
+  if (!Sector(scanner_, heading).Sees(static_cast<float>(ray.x()), static_cast<float>(ray.y()))) {
+    return false;
+  }
+  const double range = ray.norm();
+  const Eigen::Vector3d end = point - std::min(kBefore * voxel_, range) / range * ray;
+  const Eigen::Vector3f to = scene.ToScene(end / voxel_);
+  visibility::TargetPacket packet{};
+  packet.x[0] = to.x();
+  packet.y[0] = to.y();
+  packet.z[0] = to.z();
+  return scene.Occluded(scene.ToScene(view / voxel_), packet, 1) == 0;
+}
+
+void OverlapSurface::KeepSeen(double heading, const Eigen::Vector3d& view, Overlap& around) const {
+  const Sector one_side(scanner_, heading - headings_.step());
+  const Sector other_side(scanner_, heading + headings_.step());
+  const Eigen::Vector3f at = view.cast<float>();
+  size_t kept = 0;
+  size_t kept_of_model = 0;
+  for (size_t k = 0; k < around.elements.size(); ++k) {
+    const float x = around.elements[k].position.x() - at.x();
+    const float y = around.elements[k].position.y() - at.y();
+    if (!one_side.Sees(x, y) || !other_side.Sees(x, y)) continue;
+    around.elements[kept] = around.elements[k];
+    around.bins[kept] = around.bins[k];
+    // Those of the model come first, so that they stay the first.
+    if (k < around.cells.size()) around.cells[kept_of_model++] = around.cells[k];
+    ++kept;
+  }
+  around.elements.resize(kept);
+  around.bins.resize(kept);
+  around.cells.resize(kept_of_model);
 }
 
 std::optional<OverlapSurface::Seen> OverlapSurface::Predict(
@@ -239,17 +306,31 @@ std::optional<OverlapSurface::Seen> OverlapSurface::Predict(
     const CellArrays* expected, std::optional<double> heading) const {
   std::optional<Overlap> around = See(view, scene, budget, expected);
   if (!around.has_value()) return std::nullopt;
-  if (!headings_.all_around() && heading.has_value()) {
-    const Sector one_side(scanner_, *heading - headings_.step());
-    const Sector other_side(scanner_, *heading + headings_.step());
-    const Eigen::Vector3f at = view.cast<float>();
-    std::erase_if(around->elements, [&](const registration::OverlapElement& element) {
-      const float x = element.position.x() - at.x();
-      const float y = element.position.y() - at.y();
-      return !one_side.Sees(x, y) || !other_side.Sees(x, y);
-    });
-  }
+  if (!headings_.all_around() && heading.has_value()) KeepSeen(*heading, view, *around);
   return Seen{Judge(around->elements, view, config), around->rays, 0};
+}
+
+std::optional<OverlapSurface::Bounds> OverlapSurface::BoundsAt(
+    const Eigen::Vector3d& view, const visibility::OcclusionScene& scene,
+    const registration::RegistrationConfig& config, const parallel::Budget& budget) const {
+  std::optional<Overlap> around = See(view, scene, budget, nullptr);
+  if (!around.has_value()) return std::nullopt;
+  std::vector<registration::OverlapElement> overlap = std::move(around->elements);
+  if (!headings_.all_around()) {
+    std::vector<double> by_bin(headings_.bins(), 0);
+    std::vector<double> samples(headings_.size());
+    for (size_t k = 0; k < overlap.size(); ++k) {
+      by_bin[around->bins[k]] += static_cast<double>(overlap[k].samples);
+    }
+    headings_.Sum(by_bin, samples);
+    const size_t heading = BestOf(samples).heading;
+    std::vector<registration::OverlapElement> seen;
+    for (size_t k = 0; k < overlap.size(); ++k) {
+      if (headings_.Sees(heading, around->bins[k])) seen.push_back(overlap[k]);
+    }
+    overlap = std::move(seen);
+  }
+  return Bounds{registration::BoundsOf(overlap, weight_, view, scanner_, config), around->rays};
 }
 
 std::optional<OverlapSurface::Seen> OverlapSurface::PredictBest(

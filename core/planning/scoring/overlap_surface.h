@@ -67,10 +67,43 @@ class OverlapSurface {
                                   const registration::RegistrationConfig& config,
                                   const parallel::Budget& budget,
                                   const CellArrays* expected = nullptr) const;
+  // The bounds of a scan that sees what is known around a place, with the heading that sees most of
+  // it (registration::BoundsOf()). Nothing when the budget expired on the way.
+  struct Bounds {
+    registration::ExpectedBounds bounds;
+    uint64_t rays = 0;
+  };
+  std::optional<Bounds> BoundsAt(const Eigen::Vector3d& view,
+                                 const visibility::OcclusionScene& scene,
+                                 const registration::RegistrationConfig& config,
+                                 const parallel::Budget& budget) const;
   // Every n-th of `indices` into `cells`, as surface that a scan can be aligned to; `areas` (m^2)
   // has one for each index.
   CellArrays Thinned(const CellArrays& cells, std::span<const uint32_t> indices,
                      std::span<const float> areas) const;
+  // What it is made of.
+  const CellArrays& cells() const { return cells_; }
+  // What a scan from a place would see of it.
+  struct Sight {
+    std::vector<float> samples;  // of the scan, by element of cells(); 0: not seen
+    std::vector<registration::OverlapElement> elements;
+    uint64_t rays = 0;
+  };
+  // Nothing when the budget expired on the way.
+  std::optional<Sight> SightFrom(const Eigen::Vector3d& view,
+                                 const visibility::OcclusionScene& scene,
+                                 const parallel::Budget& budget,
+                                 std::optional<double> heading = std::nullopt) const;
+  // Predict() of such a scan, with targets.
+  registration::RegistrationVerdict JudgeSight(
+      const Sight& sight, const Eigen::Vector3d& view,
+      const registration::RegistrationConfig& config,
+      std::span<const registration::TargetTie> targets) const;
+  registration::TargetedPrediction Targeted(const Sight& sight, const Eigen::Vector3d& view,
+                                            const registration::RegistrationConfig& config) const;
+  // Whether a scan sees a point that lies on surface, or two voxels before it.
+  bool Sees(const Eigen::Vector3d& view, const Eigen::Vector3d& point,
+            const visibility::OcclusionScene& scene, std::optional<double> heading) const;
   // What one prediction can cost at most.
   uint64_t MostRays() const { return std::max<uint64_t>(1, cells_.size()); }
 
@@ -78,15 +111,19 @@ class OverlapSurface {
   // What a scan that turns all around would overlap.
   struct Overlap {
     std::vector<registration::OverlapElement> elements;
-    std::vector<size_t> bins;  // of the headings, by element
+    std::vector<size_t> bins;     // of the headings, by element
+    std::vector<uint32_t> cells;  // index into cells_, of the first elements: those of the model
     uint64_t rays = 0;
   };
   OverlapSurface(double voxel, const sensor::ScannerModel& scanner);
   std::optional<Overlap> See(const Eigen::Vector3d& view, const visibility::OcclusionScene& scene,
                              const parallel::Budget& budget, const CellArrays* expected) const;
-  registration::RegistrationVerdict Judge(std::span<const registration::OverlapElement> overlap,
-                                          const Eigen::Vector3d& view,
-                                          const registration::RegistrationConfig& config) const;
+  registration::RegistrationVerdict Judge(
+      std::span<const registration::OverlapElement> overlap, const Eigen::Vector3d& view,
+      const registration::RegistrationConfig& config,
+      std::span<const registration::TargetTie> targets = {}) const;
+  // Leaves only what is seen even if the heading is missed by a step.
+  void KeepSeen(double heading, const Eigen::Vector3d& view, Overlap& around) const;
 
   double voxel_;
   sensor::ScannerModel scanner_;

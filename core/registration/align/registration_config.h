@@ -3,6 +3,7 @@
 #define VANTAGE_CORE_REGISTRATION_ALIGN_REGISTRATION_CONFIG_H_
 
 #include "absl/status/status.h"
+#include "core/registration/align/instrument_residuals.h"
 
 namespace vantage::registration {
 
@@ -22,6 +23,9 @@ struct RegistrationConfig {
   // One sigma, for each axis, of the positions that the pose priors of planned scans will have, m;
   // 0: they are guesses. A scan that was made has its own in its prior.
   double prior_sigma = 0;
+  // What scans of this instrument have shown beyond its data sheet: counts in the bounds of planned
+  // scans and of those that are made. Empty: nothing is known but the sheet.
+  InstrumentResiduals instrument;
   int draws = 256;    // of the error bound's Monte Carlo
   unsigned seed = 1;  // of those draws, and printed with them
 

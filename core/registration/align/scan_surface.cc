@@ -277,6 +277,7 @@ ScanSurface SampleSurface(const sensor::Scan& scan, double spacing, parallel::Pa
     rms.push_back(fit.rms);
   }
   surface.image_samples = static_cast<double>(scan.image.SampleCount());
+  surface.scanner = scan.scanner;
   if (!rms.empty()) {
     const auto middle = rms.begin() + static_cast<ptrdiff_t>(rms.size() / 2);
     std::nth_element(rms.begin(), middle, rms.end());

@@ -23,9 +23,10 @@ struct ScanSurface {
   // Spread over directions of normals and over space: any prefix is a fair, well-conditioned
   // selection (the coarse stages take the first few thousand).
   std::vector<SurfaceSample> samples;
-  double image_samples = 0;  // of the whole image, those without a usable normal included
-  double roughness = 0;      // m, median distance from the neighbours' plane: noise as it is seen,
-                             // quantisation included
+  double image_samples = 0;      // of the whole image, those without a usable normal included
+  sensor::ScannerModel scanner;  // that made it
+  double roughness = 0;  // m, median distance from the neighbours' plane: noise as it is seen,
+                         // quantisation included
 };
 
 // Orders samples so that any prefix is such a selection.

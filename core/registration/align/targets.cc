@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/SVD>
+#include <algorithm>
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
@@ -24,11 +25,20 @@ absl::Status ValidateTargets(std::span<const TargetTie> targets) {
   return absl::OkStatus();
 }
 
+bool Refute(std::span<const TargetTie> targets, const Eigen::Isometry3d& T_world_scan) {
+  // Of all three axes together: chance is one in 1e5.
+  constexpr double kFarOff = 5;
+  return std::any_of(targets.begin(), targets.end(), [&](const TargetTie& target) {
+    return (T_world_scan * target.in_scan - target.in_world).norm() > kFarOff * target.sigma;
+  });
+}
+
 std::optional<TargetPose> PoseFromTargets(std::span<const TargetTie> targets) {
   // rad, one sigma, 3 degrees: the alignment's first stage does not bridge more, so that beyond it
   // they are as good as in a line.
   constexpr double kMostTurn = 0.05;
-  constexpr double kSigmas = 5;  // that the worst of up to a thousand targets may be off: 1 in 1e3
+  constexpr double kWorstSigmas =
+      5;  // that the worst of up to a thousand targets may be off: 1 in 1e3
   if (targets.size() < 3) return std::nullopt;
   // As if all were equally good: those of one site are.
   Eigen::Matrix3Xd from(3, targets.size());
@@ -48,7 +58,7 @@ std::optional<TargetPose> PoseFromTargets(std::span<const TargetTie> targets) {
         arm.y(), -arm.x(), 0, 0, 0, 1;
     information += moved.transpose() * moved / (target.sigma * target.sigma);
     const double off = (pose.T_world_scan * target.in_scan - target.in_world).norm();
-    const double share = off / (kSigmas * target.sigma);
+    const double share = off / (kWorstSigmas * target.sigma);
     if (share <= pose.worst_share) continue;
     pose.worst = target.name;
     pose.worst_off = off;

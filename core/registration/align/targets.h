@@ -24,6 +24,10 @@ struct TargetTie {
 // INVALID_ARGUMENT names the target that is not valid.
 absl::Status ValidateTargets(std::span<const TargetTie> targets);
 
+// Whether any of them lies farther from its place, with the scan at a pose, than five sigma of it:
+// a pose as far as a rival is not the scan's, then.
+bool Refute(std::span<const TargetTie> targets, const Eigen::Isometry3d& T_world_scan);
+
 // What targets say of a pose by themselves.
 struct TargetPose {
   Eigen::Isometry3d T_world_scan = Eigen::Isometry3d::Identity();

@@ -111,8 +111,14 @@ OverlapGeometry::OverlapGeometry(std::span<const Constraint> constraints, double
   Eigen::Vector3d m1 = Eigen::Vector3d::Zero();
   Eigen::Matrix3d m2 = Eigen::Matrix3d::Zero();
   absl::flat_hash_map<uint64_t, size_t> block_of;
-  // Per block: g_b, and the same with the residuals as they are. In order of first appearance, so
-  // that sums stay deterministic.
+  // What the residuals of a block share, in units of one sigma of what is configured (or 1 mm).
+  const double correlated = config.correlated_sigma * config.correlated_sigma;
+  const double shared_unit = correlated > 0 ? correlated : 1e-6;
+  const auto shared_sigmas = [&](const Constraint& c) {
+    return std::sqrt((correlated + c.shared_variance) / shared_unit);
+  };
+  // Per block: g_b in these units, and the same with the residuals as they are. In order of first
+  // appearance, so that sums stay deterministic.
   struct Block {
     sensor::Vector6d expected = sensor::Vector6d::Zero();
     sensor::Vector6d observed = sensor::Vector6d::Zero();
@@ -137,7 +143,7 @@ OverlapGeometry::OverlapGeometry(std::span<const Constraint> constraints, double
       last_key = key;
       last_block = it->second;
     }
-    blocks[last_block].expected += w * row;
+    blocks[last_block].expected += (w * shared_sigmas(c)) * row;
     blocks[last_block].observed += (w * c.residual) * row;
   }
   h = sensor::Matrix6d(h.selfadjointView<Eigen::Lower>());
@@ -190,11 +196,10 @@ OverlapGeometry::OverlapGeometry(std::span<const Constraint> constraints, double
     information_ = (drop * information_ * drop.transpose()).eval();
     project = (drop * project).eval();
   }
-  const double correlated = config.correlated_sigma * config.correlated_sigma;
   sensor::Matrix6d observed = sensor::Matrix6d::Zero();
   for (const Block& block : blocks) {
     correlated_.selfadjointView<Eigen::Lower>().rankUpdate(
-        sensor::Vector6d(project * block.expected), correlated);
+        sensor::Vector6d(project * block.expected), shared_unit);
     observed.selfadjointView<Eigen::Lower>().rankUpdate(sensor::Vector6d(project * block.observed));
   }
   correlated_ = sensor::Matrix6d(correlated_.selfadjointView<Eigen::Lower>());

@@ -25,6 +25,8 @@ struct Constraint {
   // that the bound is for.
   double weight = 1;
   double residual = 0;  // m, as it was observed; 0 where nothing was observed yet
+  // m^2, of the error that it shares with its block, in addition to config.correlated_sigma.
+  double shared_variance = 0;
 };
 
 // Pose changes here are [rotation about world axes, rad; translation, m] about the overlap's

@@ -106,6 +106,13 @@ RegistrationVerdict JudgeRegistration(const OverlapGeometry& geometry, double ov
   return verdict;
 }
 
+std::string ResidualsReason(double bound, const RegistrationConfig& config) {
+  return absl::StrCat(
+      "surfaces that this instrument measures lie farther apart than its data sheet "
+      "explains: error bound ",
+      Millimetres(bound), ", ", Millimetres(config.required_accuracy), " required");
+}
+
 RegistrationVerdict NoOverlap(double overlap_share, const RegistrationConfig& config) {
   RegistrationVerdict verdict;
   verdict.outcome = RegistrationOutcome::kFailed;

@@ -3,6 +3,7 @@
 #ifndef VANTAGE_CORE_REGISTRATION_BOUND_JUDGE_H_
 #define VANTAGE_CORE_REGISTRATION_BOUND_JUDGE_H_
 
+#include <string>
 #include <vector>
 
 #include "core/registration/align/registration_config.h"
@@ -38,6 +39,13 @@ struct Margins {
 RegistrationVerdict JudgeRegistration(const OverlapGeometry& geometry, double overlap_share,
                                       const PoseKnowledge& known, const RegistrationConfig& config,
                                       const Margins& margins = {});
+
+// Why a bound is beyond what is required that would be within it by the instrument's data sheet,
+// and what to do about it.
+std::string ResidualsReason(double bound, const RegistrationConfig& config);
+inline constexpr const char* kLessIsAsked =
+    "stand nearer to what is scanned already, with more of it in view, or require less: set "
+    "required_accuracy";
 
 // The verdict of a scan that shares (almost) nothing with the model.
 RegistrationVerdict NoOverlap(double overlap_share, const RegistrationConfig& config);

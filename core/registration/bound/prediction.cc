@@ -81,20 +81,24 @@ double AskedOverlap(double required, bool rough_prior) {
   return std::max(with_margin, std::min(kRoughPriorOverlap, kMostOfLittle * required));
 }
 
-}  // namespace
+// Voxels, two for each direction of a pose: so few of 5 cm are a hand's breadth of wall.
+constexpr ptrdiff_t kFewestElements = 12;
 
-RegistrationVerdict PredictRegistration(std::span<const OverlapElement> overlap, double weight,
-                                        double expected_samples, const Eigen::Vector3d& position,
-                                        const sensor::ScannerModel& scanner,
-                                        const RegistrationConfig& config) {
-  // Voxels, two for each direction of a pose: so few of 5 cm are a hand's breadth of wall.
-  constexpr ptrdiff_t kFewestElements = 12;
-  const double usable = std::cos(scanner.max_incidence);
+struct ExpectedConstraints {
   std::vector<Constraint> constraints;
+  double samples = 0;  // of the scan, on the overlap
+  bool enough = false;
+};
+
+ExpectedConstraints Expect(std::span<const OverlapElement> overlap, double weight,
+                           const Eigen::Vector3d& position, const sensor::ScannerModel& scanner,
+                           const InstrumentExcess& excess) {
+  const double usable = std::cos(scanner.max_incidence);
+  ExpectedConstraints expected;
+  std::vector<Constraint>& constraints = expected.constraints;
   constraints.reserve(overlap.size());
-  double samples = 0;
   for (const OverlapElement& e : overlap) {
-    samples += weight * e.samples;
+    expected.samples += weight * e.samples;
     const Eigen::Vector3d centroid = e.position.cast<double>();
     const Eigen::Vector3d normal = e.normal.cast<double>();
     const Eigen::Vector3d ray = centroid - position;
@@ -105,19 +109,77 @@ RegistrationVerdict PredictRegistration(std::span<const OverlapElement> overlap,
     const double sigma = scanner.RangeSigma(range);
     const double along = sigma * cos_incidence;
     const double model = sigma * sigma / std::max<double>(1.0, e.model_samples);
-    constraints.push_back(
-        {centroid, normal, along * along + model, weight * std::min<double>(1.0, e.samples)});
+    Constraint c{centroid, normal, along * along + model,
+                 weight * std::min<double>(1.0, e.samples)};
+    if (excess.any) {
+      const size_t of = ResidualClass(range, cos_incidence);
+      c.variance += excess.scatter[of];
+      c.shared_variance = excess.shared[of];
+    }
+    constraints.push_back(c);
   }
+  expected.enough = std::count_if(constraints.begin(), constraints.end(), [](const Constraint& c) {
+                      return c.weight > 0;
+                    }) >= kFewestElements;
+  return expected;
+}
+
+}  // namespace
+
+TargetedPrediction::TargetedPrediction(std::span<const OverlapElement> overlap, double weight,
+                                       const Eigen::Vector3d& position,
+                                       const sensor::ScannerModel& scanner,
+                                       const RegistrationConfig& config) {
+  const ExpectedConstraints expected =
+      Expect(overlap, weight, position, scanner, config.instrument.Excess(config.correlated_sigma));
+  if (expected.enough) geometry_.emplace(expected.constraints, config.normal_sigma, config);
+  if (config.levelled_sigma > 0) levelled_ = LevelInformation(config.levelled_sigma);
+}
+
+double TargetedPrediction::Bound(std::span<const TargetTie> targets) const {
+  if (!geometry_.has_value()) return 2 * OverlapGeometry::kUnconstrained;
+  return geometry_->Bound(levelled_ + geometry_->FromTargets(targets)).bound;
+}
+
+ExpectedBounds BoundsOf(std::span<const OverlapElement> overlap, double weight,
+                        const Eigen::Vector3d& position, const sensor::ScannerModel& scanner,
+                        const RegistrationConfig& config) {
+  const auto bound_with = [&](const InstrumentExcess& excess) {
+    const ExpectedConstraints expected = Expect(overlap, weight, position, scanner, excess);
+    if (!expected.enough) return 2 * OverlapGeometry::kUnconstrained;
+    const OverlapGeometry geometry(expected.constraints, config.normal_sigma, config);
+    return geometry
+        .Bound(config.levelled_sigma > 0 ? LevelInformation(config.levelled_sigma)
+                                         : sensor::Matrix6d(sensor::Matrix6d::Zero()))
+        .bound;
+  };
+  ExpectedBounds bounds;
+  bounds.by_sheet = bound_with({});
+  const InstrumentExcess excess = config.instrument.Excess(config.correlated_sigma);
+  bounds.bound = excess.any ? bound_with(excess) : bounds.by_sheet;
+  return bounds;
+}
+
+RegistrationVerdict PredictRegistration(std::span<const OverlapElement> overlap, double weight,
+                                        double expected_samples, const Eigen::Vector3d& position,
+                                        const sensor::ScannerModel& scanner,
+                                        const RegistrationConfig& config,
+                                        std::span<const TargetTie> targets) {
+  const InstrumentExcess excess = config.instrument.Excess(config.correlated_sigma);
+  const ExpectedConstraints expected = Expect(overlap, weight, position, scanner, excess);
+  const std::vector<Constraint>& constraints = expected.constraints;
+  const double samples = expected.samples;
   const double share = expected_samples > 0 ? std::min(1.0, samples / expected_samples) : 0.0;
-  const auto holding = std::count_if(constraints.begin(), constraints.end(),
-                                     [](const Constraint& c) { return c.weight > 0; });
-  if (holding < kFewestElements) return NoOverlap(share, config);
+  if (!expected.enough) return NoOverlap(share, config);
 
   const OverlapGeometry geometry(constraints, config.normal_sigma, config);
   PoseKnowledge known;
   if (config.levelled_sigma > 0) {
     known.evidence.push_back(
         {RegistrationBasis::kLevelling, LevelInformation(config.levelled_sigma)});
+  }
+  if (!targets.empty()) {
+    known.evidence.push_back({RegistrationBasis::kTargets, geometry.FromTargets(targets)});
   }
   if (scanner.positioning_error > 0) {
     const double position_sigma = scanner.positioning_error;
@@ -126,12 +188,24 @@ RegistrationVerdict PredictRegistration(std::span<const OverlapElement> overlap,
     known.guessed = geometry.FromPoseCovariance(sigma.cwiseAbs2().asDiagonal(), position);
   }
   const bool all_around = scanner.TurnsAllAround();
+  // Two targets refute any other pose of a scanner that stands upright.
+  constexpr size_t kPlacedByTargets = 2;
   const bool one_minimum =
-      config.prior_sigma > 0 && kStartsInSigmas * config.prior_sigma <= kOneMinimum;
+      (config.prior_sigma > 0 && kStartsInSigmas * config.prior_sigma <= kOneMinimum) ||
+      targets.size() >= kPlacedByTargets;
   const Margins margins{
       .bound = all_around ? kBoundMargin : kSectorBoundMargin,
       .overlap = AskedOverlap(config.minimum_overlap, all_around && !one_minimum)};
   RegistrationVerdict verdict = JudgeRegistration(geometry, share, known, config, margins);
+  if (excess.any && margins.bound * verdict.judged_bound > config.required_accuracy &&
+      share >= std::max(config.minimum_overlap, margins.overlap) &&
+      margins.bound * BoundsOf(overlap, weight, position, scanner, config).by_sheet <=
+          config.required_accuracy) {
+    // Not the shape is what is wanting.
+    verdict.bases = {RegistrationBasis::kResiduals};
+    verdict.reason = ResidualsReason(verdict.judged_bound, config);
+    verdict.remedy = kLessIsAsked;
+  }
   if (all_around || one_minimum) return verdict;
   const Slide slide = LeastNoticedSlide(constraints);
   if (verdict.registered() &&

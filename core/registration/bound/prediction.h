@@ -3,9 +3,12 @@
 #define VANTAGE_CORE_REGISTRATION_BOUND_PREDICTION_H_
 
 #include <Eigen/Core>
+#include <optional>
 #include <span>
 
 #include "core/registration/align/registration_config.h"
+#include "core/registration/align/targets.h"
+#include "core/registration/bound/error_bound.h"
 #include "core/registration/bound/overlap_element.h"
 #include "core/registration/bound/verdict.h"
 #include "core/sensor/scanner_model.h"
@@ -20,11 +23,38 @@ inline constexpr double kBoundMargin = 1.2;
 
 // `overlap` is every true-surface voxel visible from `position` with a positive cosine of incidence
 // (a regular subset will do: `weight` >= 1 elements stand behind each). `expected_samples` counts
-// the returns a scan from there is expected to have on any surface, known or not.
+// the returns a scan from there is expected to have on any surface, known or not. `targets`: that
+// the scan will see; of each its place and sigma count.
 RegistrationVerdict PredictRegistration(std::span<const OverlapElement> overlap, double weight,
                                         double expected_samples, const Eigen::Vector3d& position,
                                         const sensor::ScannerModel& scanner,
-                                        const RegistrationConfig& config);
+                                        const RegistrationConfig& config,
+                                        std::span<const TargetTie> targets = {});
+
+// What one overlap is predicted to be good for with targets, whichever they are.
+class TargetedPrediction {
+ public:
+  TargetedPrediction(std::span<const OverlapElement> overlap, double weight,
+                     const Eigen::Vector3d& position, const sensor::ScannerModel& scanner,
+                     const RegistrationConfig& config);
+  // The bound that decides the verdict (RegistrationVerdict::judged_bound), m.
+  double Bound(std::span<const TargetTie> targets) const;
+
+ private:
+  std::optional<OverlapGeometry> geometry_;  // absent: hardly anything overlaps
+  sensor::Matrix6d levelled_ = sensor::Matrix6d::Zero();
+};
+
+// The same bound without margins, from the surface alone: with what the scans so far have shown of
+// the instrument, and by its data sheet. m; 2 OverlapGeometry::kUnconstrained where hardly
+// anything overlaps.
+struct ExpectedBounds {
+  double bound = 0;
+  double by_sheet = 0;
+};
+ExpectedBounds BoundsOf(std::span<const OverlapElement> overlap, double weight,
+                        const Eigen::Vector3d& position, const sensor::ScannerModel& scanner,
+                        const RegistrationConfig& config);
 
 }  // namespace vantage::registration
 

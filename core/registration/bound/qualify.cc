@@ -7,9 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "absl/container/flat_hash_map.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/registration/align/align_stages.h"
+#include "core/registration/align/instrument_residuals.h"
 #include "core/registration/align/pose_step.h"
 #include "core/registration/align/space_agreement.h"
 #include "core/registration/bound/judge.h"
@@ -49,6 +51,7 @@ struct Residuals {
   double rms = 0;                       // m
   double expected = 0;                  // m
   double normal_sigma = 0;              // rad, of the normals used
+  double inflation = 1;                 // of the constraints' variances, since residuals show it
 };
 
 Residuals Weigh(const std::vector<Correspondence>& found, const RegistrationConfig& config) {
@@ -77,9 +80,50 @@ Residuals Weigh(const std::vector<Correspondence>& found, const RegistrationConf
   result.normal_sigma = std::max(config.normal_sigma / std::sqrt(2.0),
                                  0.5 * Median(std::move(angles)) / kRayleighMedian);
   // Residuals noisier than expected widen the covariance, too.
-  const double factor = std::max(1.0, squared / std::max(variance, 1e-12));
-  for (Constraint& c : result.constraints) c.variance *= factor;
+  result.inflation = std::max(1.0, squared / std::max(variance, 1e-12));
+  for (Constraint& c : result.constraints) c.variance *= result.inflation;
   return result;
+}
+
+// From where a constraint's surface was measured.
+struct Ray {
+  double range = 0;  // m
+  double cos_incidence = 0;
+};
+Ray RayTo(const Constraint& c, const Eigen::Vector3d& scanner) {
+  const Eigen::Vector3d ray = c.position - scanner;
+  const double range = ray.norm();
+  return {range, range > 0 ? std::abs(c.normal.dot(ray)) / range : 1.0};
+}
+
+// What the residuals tell of the instrument that measured them.
+PairResiduals ShownOf(std::span<const Constraint> constraints, const Eigen::Vector3d& position,
+                      const sensor::ScannerModel& scanner, const RegistrationConfig& config) {
+  absl::flat_hash_map<uint64_t, size_t> block_of;
+  std::vector<ClassedResidual> residuals;
+  residuals.reserve(constraints.size());
+  for (const Constraint& c : constraints) {
+    const Ray ray = RayTo(c, position);
+    const double along = scanner.RangeSigma(ray.range) * ray.cos_incidence;
+    const uint64_t key = CorrelationBlock(c.position, c.normal, config.correlation_length);
+    residuals.push_back({block_of.try_emplace(key, block_of.size()).first->second, ray.range,
+                         ray.cos_incidence, c.residual, along * along});
+  }
+  return SumResiduals(residuals);
+}
+
+// The bound that the same overlap would have if residuals were as the data sheet says, m.
+double BoundBySheet(const Residuals& residuals, const PoseKnowledge& known,
+                    const RegistrationConfig& config) {
+  std::vector<Constraint> constraints = residuals.constraints;
+  for (Constraint& c : constraints) {
+    c.variance /= residuals.inflation;
+    c.residual = 0;
+    c.shared_variance = 0;
+  }
+  return OverlapGeometry(constraints, residuals.normal_sigma, config)
+      .Bound(known.EvidenceInformation())
+      .bound;
 }
 
 PoseKnowledge Known(const OverlapGeometry& geometry, const sensor::PosePrior& prior,
@@ -149,7 +193,7 @@ Qualification Qualify(const model::PlanningView& model, const ScanSurface& surfa
   result.converged = alignment.converged;
   result.iterations = alignment.iterations;
   const VoxelSearch search(model, BoxOf(surface, alignment.T_world_scan));
-  const Residuals residuals =
+  Residuals residuals =
       Weigh(FindCorrespondences(search, surface, alignment.T_world_scan, config, parallel), config);
   result.correspondences = residuals.constraints.size();
   result.rms_residual = residuals.rms;
@@ -162,6 +206,16 @@ Qualification Qualify(const model::PlanningView& model, const ScanSurface& surfa
     return qualification;
   }
 
+  // What the instrument has shown before counts as it does in predictions. Its scatter does not:
+  // that of this scan is known.
+  const Eigen::Vector3d position = alignment.T_world_scan.translation();
+  const InstrumentExcess excess = config.instrument.Excess(config.correlated_sigma);
+  if (excess.any) {
+    for (Constraint& c : residuals.constraints) {
+      const Ray ray = RayTo(c, position);
+      c.shared_variance = excess.shared[ResidualClass(ray.range, ray.cos_incidence)];
+    }
+  }
   const OverlapGeometry geometry(residuals.constraints, residuals.normal_sigma, config);
   const PoseKnowledge known = Known(geometry, prior, targets);
   result.centroid = geometry.centroid();
@@ -176,6 +230,12 @@ Qualification Qualify(const model::PlanningView& model, const ScanSurface& surfa
   result.verdict = JudgeRegistration(geometry, share, known, config);
 
   RegistrationVerdict& verdict = result.verdict;
+  const bool firm = verdict.judged_bound <= config.required_accuracy;
+  const bool enough = verdict.overlap_share >= config.minimum_overlap;
+  // The shape holds the scan; how far its residuals lie apart is what makes the bound.
+  const bool firm_by_sheet =
+      firm || (enough && BoundBySheet(residuals, known, config) <= config.required_accuracy);
+  const std::string by_bound = verdict.reason;
   if (result.rms_residual >
       std::max(kResidualFactor * result.expected_residual, kResidualVoxels * model.voxel_size())) {
     Refuse(verdict, RegistrationOutcome::kDoubtful, RegistrationBasis::kResiduals,
@@ -201,10 +261,11 @@ Qualification Qualify(const model::PlanningView& model, const ScanSurface& surfa
   }
   // When the shape leaves a direction open, poses along it fit equally well, which the bound says
   // already.
-  const bool firm = verdict.judged_bound <= config.required_accuracy;
-  if (firm) {
+  if (firm_by_sheet) {
     const SamplesAtBest at_best{in_space, agreements};
     result.rival_poses = OpenRivals(model, surface, alignment, at_best, parallel);
+    std::erase_if(result.rival_poses,
+                  [&](const RivalPose& rival) { return Refute(targets, rival.T_world_scan); });
   }
   if (!result.rival_poses.empty()) {
     const RivalPose& first = result.rival_poses.front();
@@ -233,6 +294,16 @@ Qualification Qualify(const model::PlanningView& model, const ScanSurface& surfa
     Refuse(verdict, RegistrationOutcome::kFailed, RegistrationBasis::kNotConverged,
            absl::StrFormat("the alignment did not converge within %d steps", alignment.iterations),
            "give a better prior pose");
+  }
+  // Where nothing else speaks against the pose.
+  if (firm_by_sheet && enough && geometry.constrained_directions() == 6 &&
+      verdict.reason == by_bound) {
+    if (!firm) {
+      verdict.bases = {RegistrationBasis::kResiduals};
+      verdict.reason = ResidualsReason(verdict.judged_bound, config);
+      verdict.remedy = kLessIsAsked;
+    }
+    result.residuals = ShownOf(residuals.constraints, position, surface.scanner, config);
   }
   return qualification;
 }

@@ -4,8 +4,10 @@
 
 #include <Eigen/Geometry>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
+#include "core/registration/align/instrument_residuals.h"
 #include "core/registration/bound/verdict.h"
 #include "core/sensor/pose_prior.h"
 
@@ -31,6 +33,9 @@ struct RegistrationResult {
       sensor::Matrix6d::Zero();  // [rotation about world axes; translation], about the
                                  // overlap's centroid
   Eigen::Vector3d centroid = Eigen::Vector3d::Zero();  // of the overlap, m, world
+  // What its residuals tell of the instrument; absent where the pose is in doubt for anything but
+  // these, or the shape of the overlap leaves it open.
+  std::optional<PairResiduals> residuals;
   double seconds = 0;
   RegistrationVerdict verdict;
   // Where the scan may have been made instead, the best fit first; empty unless the verdict rests

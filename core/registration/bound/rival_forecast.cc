@@ -232,9 +232,13 @@ std::vector<RivalPose> RivalForecast::Rivals(std::span<const OverlapElement> ove
 
 void RivalForecast::Judge(std::span<const OverlapElement> overlap, const Eigen::Vector3d& position,
                           const sensor::ScannerModel& scanner, const RegistrationConfig& config,
-                          RegistrationVerdict& verdict) const {
+                          RegistrationVerdict& verdict, std::span<const TargetTie> targets) const {
   if (!verdict.registered()) return;
-  const std::vector<RivalPose> rivals = Rivals(overlap, position, scanner, config);
+  std::vector<RivalPose> rivals = Rivals(overlap, position, scanner, config);
+  // As the scan that is not made yet would see them, its axes along the world's.
+  std::vector<TargetTie> seen(targets.begin(), targets.end());
+  for (TargetTie& target : seen) target.in_scan = target.in_world - position;
+  std::erase_if(rivals, [&](const RivalPose& rival) { return Refute(seen, rival.T_world_scan); });
   if (rivals.empty()) return;
   double nearest = rivals.front().distance;
   double farthest = 0;

@@ -9,6 +9,7 @@
 
 #include "core/model/view/planning_view.h"
 #include "core/registration/align/registration_config.h"
+#include "core/registration/align/targets.h"
 #include "core/registration/align/voxel_search.h"
 #include "core/registration/bound/overlap_element.h"
 #include "core/registration/bound/registration_result.h"
@@ -33,10 +34,10 @@ class RivalForecast {
                                 const sensor::ScannerModel& scanner,
                                 const RegistrationConfig& config) const;
 
-  // A verdict 'registered' becomes doubtful when there is a rival.
+  // A verdict 'registered' becomes doubtful when there is a rival that `targets` do not refute.
   void Judge(std::span<const OverlapElement> overlap, const Eigen::Vector3d& position,
              const sensor::ScannerModel& scanner, const RegistrationConfig& config,
-             RegistrationVerdict& verdict) const;
+             RegistrationVerdict& verdict, std::span<const TargetTie> targets = {}) const;
 
  private:
   const model::PlanningView& model_;

@@ -3,6 +3,7 @@
 #ifndef VANTAGE_CORE_REGISTRATION_BOUND_VERDICT_H_
 #define VANTAGE_CORE_REGISTRATION_BOUND_VERDICT_H_
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,9 @@ struct RegistrationVerdict {
   std::string weakest_words;     // 'sliding along x (east-west)'
   // What decided: one basis, or the guarantees that suffice together. Empty before it was judged.
   std::vector<RegistrationBasis> bases;
+  // Where the required accuracy cannot be met with the instrument, however much overlaps: the bound
+  // that can, m.
+  std::optional<double> attainable_accuracy;
   std::string reason;  // why not registered; empty when it is
   std::string remedy;  // what to do about it; empty when registered
 

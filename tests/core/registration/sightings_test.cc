@@ -57,5 +57,36 @@ TEST(SightingsTest, TiesStayWithinTheirLimitAndUnknownTargetsAreNone) {
   EXPECT_TRUE(ValidateTargets(ties).ok());
 }
 
+TEST(SightingsTest, AllThatAreKnownAreListedByName) {
+  const Eigen::Isometry3d pose = PoseAt({1, 1, 1.5}, 0.4);
+  Sighting surveyed = Seen("A", kPlace, pose);
+  surveyed.in_world = kPlace + Eigen::Vector3d(0.02, 0, 0);
+  const std::vector<SightingsOfScan> before = {
+      {pose, 0.0098, {Seen("T", kPlace, pose), surveyed}},
+      {pose, 0.00196, {Seen("T", kPlace, pose), Seen("A", kPlace, pose)}}};
+  const std::vector<KnownTarget> known = KnownTargetsOf(before);
+  ASSERT_EQ(known.size(), 2u);
+  EXPECT_EQ(known[0].name, "A");
+  EXPECT_EQ(known[0].in_world, *surveyed.in_world);
+  EXPECT_EQ(known[0].sigma, TargetTie().sigma);
+  EXPECT_EQ(known[1].name, "T");
+  EXPECT_LT((known[1].in_world - kPlace).norm(), 1e-12);
+  EXPECT_NEAR(known[1].sigma, std::hypot(0.002, 0.001), 1e-12);
+}
+
+TEST(SightingsTest, ATargetFarFromItsPlaceRefutesAPose) {
+  const Eigen::Isometry3d pose = PoseAt({1, 1, 1.5}, 0.4);
+  TargetTie tie;
+  tie.in_world = kPlace;
+  tie.in_scan = pose.inverse() * kPlace;
+  Eigen::Isometry3d other = pose;
+  EXPECT_FALSE(Refute({&tie, 1}, pose));
+  other.translation().x() += 4.9 * tie.sigma;
+  EXPECT_FALSE(Refute({&tie, 1}, other));
+  other.translation().x() += 0.2 * tie.sigma;
+  EXPECT_TRUE(Refute({&tie, 1}, other));
+  EXPECT_FALSE(Refute({}, other));
+}
+
 }  // namespace
 }  // namespace vantage::registration

@@ -171,6 +171,48 @@ TEST(ToProto, AnExpectedStationIsInTheWorld) {
   EXPECT_FALSE(other.expected_station().has_fallback_view_index());
 }
 
+TEST(ToProto, ResidualsComeBackAsTheyWere) {
+  registration::RegistrationResult result;
+  EXPECT_TRUE(WriteRegistration(result, 1, {0, 0, 0}).class_residuals().empty());
+  result.residuals.emplace();
+  (*result.residuals)[3] = {17, -1.0 / 3, 400, 1.0 / 7, 1e-300};
+  (*result.residuals)[23] = {1e9, 1, 2e9, 3, 4};
+  const v1::Registration written = WriteRegistration(result, 1, {0, 0, 0});
+  EXPECT_EQ(written.class_residuals_size(), 2);
+  EXPECT_EQ(ReadOwnResiduals(written), *result.residuals);
+}
+
+TEST(ToProto, AdviceOnTargetsIsInTheWorld) {
+  planning::RankedView view;
+  EXPECT_FALSE(WriteView(view, {}, {0, 0, 0}).has_target_advice());
+  view.targets.emplace();
+  view.targets->places = {{{1, 2, 3}, Eigen::Vector3d(0, 1, 0), "", 2.5},
+                          {{4, 5, 6}, std::nullopt, "C7", 3.5}};
+  view.targets->error_bound = 0.004;
+  view.targets->seen_from = {"sessions/job/scans/scan-2", "sessions/job/scans/scan-5"};
+  const v1::TargetAdvice advice = WriteView(view, {}, {100, 0, 0}).target_advice();
+  ASSERT_EQ(advice.places_size(), 2);
+  EXPECT_EQ(advice.places(0).position().x(), 101);
+  EXPECT_EQ(advice.places(0).normal().y(), 1);
+  EXPECT_FALSE(advice.places(1).has_normal());
+  EXPECT_EQ(advice.places(1).target(), "C7");
+  EXPECT_EQ(advice.places(1).distance_m(), 3.5);
+  EXPECT_FALSE(advice.has_first_view_index());
+  EXPECT_THAT(advice.seen_from_scans(),
+              ElementsAre("sessions/job/scans/scan-2", "sessions/job/scans/scan-5"));
+  EXPECT_EQ(advice.message(),
+            "scan target 'C7' at (104.00, 5.00, 6.00) too, and put up 1 target: on the wall at "
+            "(101.00, 2.00, 3.00), 2.5 m away; seen from the stations of scan-2 and scan-5: scan "
+            "at one of them again, coarsely, to measure them; with them the error bound is 4.0 mm");
+  view.targets->first_view = 0;
+  view.targets->seen_from.clear();
+  const v1::TargetAdvice next = WriteView(view, {}, {100, 0, 0}).target_advice();
+  EXPECT_EQ(next.first_view_index(), 0);
+  EXPECT_NE(next.message().find("the scan from rank 1, which sees them, comes first"),
+            std::string::npos)
+      << next.message();
+}
+
 TEST(ToProto, APlanSaysWhatWasMeasuredOnly) {
   planning::Plan plan;
   v1::PlanningConfig config;

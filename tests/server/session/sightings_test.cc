@@ -115,6 +115,41 @@ TEST_F(SightingsTest, ThreeOfAControlNetworkPlaceTheFirstScan) {
   EXPECT_NE(refused.state_message().find("target '"), std::string::npos) << refused.state_message();
 }
 
+// What plans are told for their advice on targets.
+TEST_F(SightingsTest, OfScansInTheModelAreKnown) {
+  SessionState state;
+  const Eigen::Vector3d origin(100, 0, 0);
+  const Eigen::Isometry3d pose = registration::PoseAt({102, 1.5, 1.4}, 0);
+  const auto add = [&](const std::string& name, bool in_model, double bound,
+                       const v1::TargetSighting& sighting) {
+    ScanRecord& record = state.scans[name];
+    record.in_model = in_model;
+    record.scan.set_name(name);
+    Write({102, 1.5, 1.4}, *record.scan.mutable_pose()->mutable_translation());
+    record.scan.mutable_pose()->mutable_rotation()->set_w(1);
+    record.scan.mutable_registration()->mutable_verdict()->set_error_bound_m(bound);
+    *record.scan.add_targets() = sighting;
+    state.scan_order.push_back(name);
+  };
+  add("a", true, 0.00392, Sighting("T1", {105, 1, 2}, pose));
+  add("b", false, 0, Sighting("T2", {105, 1, 2}, pose));
+  add("c", true, 0.00392, Sighting("C", {103, 3, 2}, pose, true));
+  const std::vector<registration::KnownTarget> known = KnownTargetsOf(state, origin);
+  ASSERT_EQ(known.size(), 2u);
+  EXPECT_EQ(known[0].name, "C");
+  EXPECT_LT((known[0].in_world - Eigen::Vector3d(3, 3, 2)).norm(), 1e-9);
+  EXPECT_DOUBLE_EQ(known[0].sigma, 0.002);
+  EXPECT_EQ(known[1].name, "T1");
+  EXPECT_LT((known[1].in_world - Eigen::Vector3d(5, 1, 2)).norm(), 1e-9);
+  EXPECT_NEAR(known[1].sigma, std::hypot(0.002, 0.002), 1e-9);
+  const std::vector<planning::ScannedFrom> from = ScannedFromOf(state, origin);
+  ASSERT_EQ(from.size(), 2u);
+  EXPECT_EQ(from[0].name, "a");
+  EXPECT_EQ(from[1].name, "c");
+  EXPECT_LT((from[0].position - Eigen::Vector3d(2, 1.5, 1.4)).norm(), 1e-9);
+  EXPECT_EQ(from[0].error_bound, 0.00392);
+}
+
 // The whole of it: a bare corridor leaves its axis open, and two targets that the first scan saw
 // too cure it.
 TEST_F(SightingsTest, TwoCureACorridor) {

@@ -1,0 +1,246 @@
+// Advice on targets, by what scans with these targets come to.
+#include "core/planning/ranking/target_advice.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "core/parallel/thread_pool.h"
+#include "core/registration/registration.h"
+#include "tests/core/registration/box_scene.h"
+
+namespace vantage::planning {
+namespace {
+
+using registration::BoxScene;
+
+constexpr double kHeight = 1.4;  // m, of scanners
+const registration::ScanSettings kSettings{sensor::Radians(0.3), 0.003, sensor::Radians(-60), {}};
+
+// A model of one scan in the middle of a scene, and what becomes of scans beside it. Along the axis
+// of a corridor without ends rays do not come back, so that views stand beside it.
+class TargetAdviceTest : public testing::Test {
+ protected:
+  void Model(const BoxScene& scene, const PlanningConfig& config) {
+    scene_ = scene;
+    model_ = registration::ModelFromScan(scene, At(0, 0), kSettings, 3);
+    scanner_ = sensor::ScannerModel();
+    scanner_.azimuth_step = scanner_.elevation_step = kSettings.step;
+    problem_ = PlanningProblem::Prepare({*model_, scanner_, config}, pool_).value();
+  }
+  static Eigen::Isometry3d At(double x, double y) {
+    return registration::PoseAt({x, y, kHeight}, 0);
+  }
+  RankedView View(double x, double y) const {
+    RankedView view;
+    view.position = {x, y, kHeight};
+    view.verdict = problem_->overlap()
+                       .Predict(view.position, problem_->scene(), problem_->config().registration,
+                                parallel::Budget::Unlimited())
+                       ->verdict;
+    return view;
+  }
+  std::optional<TargetAdvice> Find(const RankedView& view, const RankedView* next = nullptr) const {
+    uint64_t rays = 0;
+    return FindTargets(*problem_, view, next, parallel::Budget::Unlimited(), rays);
+  }
+  // A scan from a view that sees targets where the advice has them, measured to 2 mm, from a prior
+  // that is `off` along x (m) and says so.
+  registration::RegistrationResult ScanWith(const RankedView& view,
+                                            const std::vector<TargetPlace>& places, double off) {
+    std::mt19937_64 random(7);
+    std::normal_distribution<double> millimetres(0, 0.001);
+    const Eigen::Isometry3d truth =
+        registration::PoseAt(view.position + Eigen::Vector3d(0.02, -0.03, 0), 0.4);
+    std::vector<registration::TargetTie> ties;
+    for (const TargetPlace& place : places) {
+      const Eigen::Vector3d noise(millimetres(random), millimetres(random), millimetres(random));
+      ties.push_back({std::to_string(ties.size()), truth.inverse() * place.position + noise,
+                      place.position, 0.002});
+    }
+    sensor::PosePrior prior;
+    prior.T_world_scan = truth;
+    prior.T_world_scan.translation().x() += off;
+    sensor::Vector6d sigma;
+    sigma << 0.02, 0.02, 0.1, std::max(0.1, std::abs(off)), 0.1, 0.05;
+    prior.covariance = sigma.cwiseAbs2().asDiagonal();
+    const auto result = registration::RegisterWithTargets(
+        *model_, registration::ScanScene(scene_, truth, kSettings, 11), prior, ties,
+        problem_->config().registration, pool_);
+    EXPECT_TRUE(result.ok()) << result.status();
+    off_ = (result->T_world_scan.translation() - truth.translation()).norm();
+    return *result;
+  }
+
+  parallel::ThreadPool pool_{2};
+  BoxScene scene_;
+  std::shared_ptr<const model::PlanningView> model_;
+  sensor::ScannerModel scanner_;
+  std::shared_ptr<const PlanningProblem> problem_;
+  double off_ = 0;  // m, of the last scan
+};
+
+// Each place is on a wall of the corridor, within reach, and apart from the others.
+void ExpectOnWalls(const TargetAdvice& advice) {
+  ASSERT_GE(advice.places.size(), 2u);
+  ASSERT_LE(advice.places.size(), 4u);
+  for (size_t i = 0; i < advice.places.size(); ++i) {
+    const Eigen::Vector3d& at = advice.places[i].position;
+    EXPECT_NEAR(std::abs(at.y()), 1, 0.05);
+    EXPECT_GE(at.z(), 0.45);
+    EXPECT_LE(at.z(), 2.05);
+    for (size_t k = 0; k < i; ++k) EXPECT_GE((at - advice.places[k].position).norm(), 1.0);
+  }
+}
+
+TEST_F(TargetAdviceTest, CuresABareCorridor) {
+  PlanningConfig config;
+  config.scanned_from = {{"sessions/job/scans/first", {0, 0, kHeight}, 0}};
+  Model(registration::Corridor(), config);
+  const RankedView view = View(3, 0.3);
+  ASSERT_FALSE(view.verdict.registered());
+  const std::optional<TargetAdvice> advice = Find(view);
+  ASSERT_TRUE(advice.has_value());
+  ExpectOnWalls(*advice);
+  EXPECT_EQ(advice->seen_from, std::vector<std::string>{"sessions/job/scans/first"});
+  EXPECT_FALSE(advice->first_view.has_value());
+  EXPECT_LE(advice->error_bound, config.registration.required_accuracy);
+  const std::string words = TargetAdviceWords(*advice, {100, 0, 0});
+  EXPECT_NE(words.find("put up"), std::string::npos) << words;
+  EXPECT_NE(words.find("the station of first"), std::string::npos) << words;
+
+  EXPECT_FALSE(ScanWith(view, {}, 0.2).verdict.registered());
+  const registration::RegistrationResult with = ScanWith(view, advice->places, 0.2);
+  EXPECT_TRUE(with.verdict.registered()) << with.verdict.reason;
+  EXPECT_LT(off_, with.verdict.error_bound);
+  EXPECT_LT(with.verdict.error_bound, 1.5 * advice->error_bound);
+}
+
+TEST_F(TargetAdviceTest, PrefersTheScanThatComesNextAnyway) {
+  Model(registration::Corridor(), {});
+  const RankedView view = View(3, 0.3);
+  RankedView next = View(1.5, 0.3);
+  next.verdict.error_bound = 0.004;
+  const std::optional<TargetAdvice> advice = Find(view, &next);
+  ASSERT_TRUE(advice.has_value());
+  EXPECT_EQ(advice->first_view, 0u);
+  EXPECT_TRUE(advice->seen_from.empty());
+  EXPECT_NE(TargetAdviceWords(*advice, {0, 0, 0}).find("rank 1"), std::string::npos);
+  // What the pose of that scan leaves open is in the bound.
+  RankedView vague = next;
+  vague.verdict.error_bound = 0.012;
+  const std::optional<TargetAdvice> other = Find(view, &vague);
+  if (other.has_value() && other->first_view.has_value()) {
+    EXPECT_GT(other->places.size(), advice->places.size());
+  }
+}
+
+TEST_F(TargetAdviceTest, NamesTheTargetsOfAControlNetwork) {
+  PlanningConfig config;
+  config.targets = {{"A", {2.2, 0.95, 1.2}, 0.002},
+                    {"B", {4.6, 0.95, 1.6}, 0.002},
+                    {"far", {16, 0.95, 1.6}, 0.002}};
+  Model(registration::Corridor(), config);
+  const RankedView view = View(3, 0.3);
+  const std::optional<TargetAdvice> advice = Find(view);
+  ASSERT_TRUE(advice.has_value());
+  ASSERT_EQ(advice->places.size(), 2u);
+  for (const TargetPlace& place : advice->places) {
+    EXPECT_TRUE(place.target == "A" || place.target == "B") << place.target;
+    EXPECT_FALSE(place.normal.has_value());
+  }
+  EXPECT_TRUE(advice->seen_from.empty());
+  const std::string words = TargetAdviceWords(*advice, {0, 0, 0});
+  EXPECT_NE(words.find("'A'"), std::string::npos) << words;
+  EXPECT_EQ(words.find("put up"), std::string::npos) << words;
+  EXPECT_TRUE(ScanWith(view, advice->places, 0.2).verdict.registered());
+}
+
+// Behind a pillar a target is not seen, and two in one place tell no more than one.
+TEST_F(TargetAdviceTest, DoesNotCountTargetsThatTheViewCannotUse) {
+  BoxScene scene = registration::Corridor();
+  scene.solids.push_back({Eigen::Vector3d(1.6, -1, 0), Eigen::Vector3d(2.0, 0.1, 2.5)});
+  PlanningConfig config;
+  config.targets = {{"hidden", {1.2, -0.95, 1.2}, 0.002},
+                    {"A", {3.4, 0.95, 1.2}, 0.002},
+                    {"beside A", {3.6, 0.95, 1.2}, 0.002}};
+  Model(scene, config);
+  RankedView view = View(3, 0.3);
+  view.verdict.outcome = registration::RegistrationOutcome::kDoubtful;
+  const std::optional<TargetAdvice> advice = Find(view);
+  ASSERT_TRUE(advice.has_value());
+  for (const TargetPlace& place : advice->places) EXPECT_NE(place.target, "hidden");
+  size_t beside = 0;
+  for (const TargetPlace& place : advice->places) beside += place.target.empty() ? 0 : 1;
+  EXPECT_LE(beside, 1u);
+}
+
+// Pillars each two metres, and priors that may be a bay off.
+TEST_F(TargetAdviceTest, TellsTwinsApart) {
+  BoxScene scene = registration::Corridor();
+  for (double x = -58; x < 59; x += 2) {
+    for (const double y : {-1.0, 0.8}) {
+      scene.solids.push_back({Eigen::Vector3d(x, y, 0), Eigen::Vector3d(x + 0.25, y + 0.2, 2.5)});
+    }
+  }
+  PlanningConfig config;
+  config.registration.prior_sigma = 1;
+  Model(scene, config);
+  const RankedView view = View(2.9, 0.3);
+  ASSERT_FALSE(view.verdict.registered());
+  ASSERT_EQ(view.verdict.bases.front(), registration::RegistrationBasis::kRivalPose)
+      << view.verdict.reason;
+  const std::optional<TargetAdvice> advice = Find(view);
+  ASSERT_TRUE(advice.has_value());
+  EXPECT_FALSE(ScanWith(view, {}, 1.2).verdict.registered());
+  const registration::RegistrationResult with = ScanWith(view, advice->places, 1.2);
+  EXPECT_TRUE(with.verdict.registered()) << with.verdict.reason;
+  EXPECT_LT(off_, 0.01);
+}
+
+TEST_F(TargetAdviceTest, SaysNothingWhereTargetsAreNotWhatIsWanting) {
+  Model(registration::FurnishedRoom(3), {});
+  RankedView view = View(0.8, 0.6);
+  EXPECT_FALSE(Find(view).has_value()) << "registers by itself";
+  view.verdict.outcome = registration::RegistrationOutcome::kDoubtful;
+  view.verdict.overlap_share = 0.05;
+  EXPECT_FALSE(Find(view).has_value()) << "overlaps too little";
+}
+
+TEST_F(TargetAdviceTest, TheBestRefusedViewsOfAPlanGetIt) {
+  Model(registration::Corridor(), {});
+  Plan plan;
+  for (const double x : {3.0, 2.6, 3.4, 3.2}) plan.refused.push_back(View(x, 0.3));
+  const uint64_t rays = AdviseTargets(*problem_, parallel::Budget::Unlimited(), plan);
+  EXPECT_GT(rays, 0u);
+  for (size_t i = 0; i < 3; ++i) EXPECT_TRUE(plan.refused[i].targets.has_value()) << i;
+  EXPECT_FALSE(plan.refused[3].targets.has_value());
+  // The same again, and on one thread.
+  Plan again;
+  for (const double x : {3.0, 2.6, 3.4, 3.2}) again.refused.push_back(View(x, 0.3));
+  AdviseTargets(*problem_, parallel::Budget::Unlimited(), again);
+  for (size_t i = 0; i < 3; ++i) {
+    ASSERT_EQ(again.refused[i].targets->places.size(), plan.refused[i].targets->places.size());
+    for (size_t k = 0; k < plan.refused[i].targets->places.size(); ++k) {
+      EXPECT_EQ(again.refused[i].targets->places[k].position,
+                plan.refused[i].targets->places[k].position);
+    }
+  }
+  parallel::Budget over = parallel::Budget::Unlimited();
+  over.deadline = parallel::Budget::Clock::time_point::min();
+  Plan late;
+  for (const double x : {3.0, 2.6}) late.refused.push_back(View(x, 0.3));
+  Plan registers = late;
+  registers.views.push_back(View(1.5, 0.3));
+  AdviseTargets(*problem_, over, late);
+  EXPECT_TRUE(late.refused[0].targets.has_value()) << "nothing else registers";
+  EXPECT_FALSE(late.refused[1].targets.has_value());
+  AdviseTargets(*problem_, over, registers);
+  EXPECT_FALSE(registers.refused[0].targets.has_value());
+}
+
+}  // namespace
+}  // namespace vantage::planning
