@@ -50,7 +50,6 @@ struct Adjustment {
   // it as a factor.
   double variance_factor = 1;
   int iterations = 0;
-  bool converged = false;
 };
 
 // The pose on a grid far finer than any sigma (2^-20 m and 2^-21 rad): equal poses have equal bits.
