@@ -65,9 +65,6 @@ Eigen::Isometry3d CanonicalPose(const Eigen::Isometry3d& pose);
 // the message says of which scan. OUT_OF_RANGE: more than kMostAdjustedScans.
 absl::StatusOr<Adjustment> Adjust(const PoseGraph& graph);
 
-// 2,000 scans: sites of 20,000 m2 have some hundreds. It bounds memory and time.
-inline constexpr size_t kMostAdjustedScans = 2000;
-
 }  // namespace vantage::registration
 
 #endif  // VANTAGE_CORE_REGISTRATION_GRAPH_ADJUST_H_

@@ -72,6 +72,10 @@ struct ScanLink {
 // The same tie, seen from b.
 ScanLink Reversed(const ScanLink& link);
 
+// Scans that are adjusted together at most: sites of 20,000 m2 have some hundreds. It bounds memory
+// and time.
+inline constexpr size_t kMostAdjustedScans = 2000;
+
 // A set of scans and links in an order of their own, which does not depend on the order in which
 // they came. A value; immutable.
 class PoseGraph {

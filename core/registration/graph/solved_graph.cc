@@ -5,7 +5,6 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
-#include "core/registration/graph/adjust.h"
 #include "core/registration/graph/chi_square.h"
 #include "core/registration/graph/least_squares.h"
 
