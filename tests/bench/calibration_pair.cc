@@ -1,6 +1,5 @@
 #include "tests/bench/calibration_pair.h"
 
-#include <array>
 #include <cmath>
 #include <sstream>
 #include <vector>
@@ -17,6 +16,7 @@
 #include "core/simulation/simulated_scanner.h"
 #include "core/visibility/occlusion_scene.h"
 #include "core/visibility/opaque_grid.h"
+#include "tests/bench/shared_error.h"
 
 namespace vantage::bench {
 namespace {
@@ -27,49 +27,6 @@ constexpr double kStationClearance = 0.30;  // m
 constexpr double kNearestSecond = 0.5;      // m from the first scan
 constexpr double kFarthestSecond = 4.5;
 constexpr double kHiddenShare = 0.2;  // of second places need not be seen from the first
-
-class Normal {
- public:
-  explicit Normal(uint64_t seed) : seed_(seed) {}
-  double operator()() { return simulation::RandomNormal(seed_, next_++, 0); }
-  Vector3d Three() {
-    const double x = (*this)();
-    const double y = (*this)();
-    return {x, y, (*this)()};
-  }
-
- private:
-  uint64_t seed_;
-  uint64_t next_ = 0;
-};
-
-// A smooth random function of the place, of unit variance, whose integral over a plane is that of
-// squares of the correlation length: a squared exponential by random cosines.
-class SharedError {
- public:
-  SharedError(double correlation_length, uint64_t seed) {
-    Normal normal(seed);
-    simulation::RandomSequence random(simulation::MixBits(seed) + 1);
-    const double scale = correlation_length / std::sqrt(2 * sensor::kPi);
-    for (Wave& wave : waves_) {
-      wave.vector = (normal.Three() / scale).cast<float>();
-      wave.phase = static_cast<float>(random.Between(0, 2 * sensor::kPi));
-    }
-  }
-  double At(const Eigen::Vector3f& point) const {
-    float sum = 0;
-    for (const Wave& wave : waves_) sum += std::cos(wave.vector.dot(point) + wave.phase);
-    return std::sqrt(2.0 / kWaves) * sum;
-  }
-
- private:
-  static constexpr size_t kWaves = 32;
-  struct Wave {
-    Eigen::Vector3f vector;
-    float phase;
-  };
-  std::array<Wave, kWaves> waves_;
-};
 
 Eigen::Isometry3d Upright(const Vector3d& position, double heading, double tilt_sigma,
                           Normal& normal) {
@@ -108,15 +65,7 @@ class Site {
     sensor::Scan scan;
     scan.scanner = scanner_;
     scan.image = tracer_.Scan(scanner_, pose, simulation::ScanFaults{}, seed, serial);
-    const SharedError shared(correlation_length, simulation::MixBits(seed));
-    for (int column = 0; column < scan.image.columns(); ++column) {
-      for (int row = 0; row < scan.image.rows(); ++row) {
-        float& range = scan.image.range[scan.image.Index(column, row)];
-        if (!sensor::RangeImage::IsRange(range)) continue;
-        const Vector3d point = pose * Vector3d(range * scan.image.Direction(column, row));
-        range += static_cast<float>(settings_.shared_sigma * shared.At(point.cast<float>()));
-      }
-    }
+    AddSharedError(pose, settings_.shared_sigma, correlation_length, seed, scan.image);
     return scan;
   }
 

@@ -50,7 +50,6 @@ struct Adjustment {
   // it as a factor.
   double variance_factor = 1;
   int iterations = 0;
-  bool converged = false;
 };
 
 // The pose on a grid far finer than any sigma (2^-20 m and 2^-21 rad): equal poses have equal bits.
@@ -65,9 +64,6 @@ Eigen::Isometry3d CanonicalPose(const Eigen::Isometry3d& pose);
 // FAILED_PRECONDITION: the normal equations have no solution, or the iteration did not converge;
 // the message says of which scan. OUT_OF_RANGE: more than kMostAdjustedScans.
 absl::StatusOr<Adjustment> Adjust(const PoseGraph& graph);
-
-// 2,000 scans: sites of 20,000 m2 have some hundreds. It bounds memory and time.
-inline constexpr size_t kMostAdjustedScans = 2000;
 
 }  // namespace vantage::registration
 

@@ -6,44 +6,15 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
-#include "core/parallel/parallel.h"
 #include "core/registration/align/registration_config.h"
-#include "core/registration/align/scan_surface.h"
+#include "core/registration/graph/link_surface.h"
 #include "core/registration/graph/pose_graph.h"
-#include "core/sensor/scan.h"
 
 namespace vantage::registration {
-
-// What is kept of a scan to link it to others.
-struct LinkSurface {
-  std::vector<SurfaceSample> samples;  // spread; at most kMostLinkSamples
-  // For each direction the range up to which the scanner saw nothing (m; 0: no information), in
-  // cells of kDepthStep, rows from straight down to straight up, columns by azimuth from -pi.
-  std::vector<float> free_range;
-  double image_samples = 0;  // of the whole image
-  double min_range = 0;      // m, of the scanner
-  double noise = 0;          // m, one sigma: median of the samples'
-
-  // What it takes, at most 0.7 MB.
-  size_t MemoryBytes() const;
-};
-
-// Samples; 32 bytes each. Twice as many tell a pose no better: what is shared within a correlation
-// length remains.
-inline constexpr size_t kMostLinkSamples = 12000;
-inline constexpr double kDepthStep = 0.0175;  // rad, one degree
-
-// Thins a valid scan for its links.
-LinkSurface MakeLinkSurface(const sensor::Scan& scan, const RegistrationConfig& config,
-                            parallel::Parallel& parallel);
-// The same from a surface that registration has thinned (SampleSurface()).
-LinkSurface MakeLinkSurface(const ScanSurface& surface, const sensor::Scan& scan);
 
 // A scan where registration, or an adjustment, has put it. Keeps references.
 struct PlacedSurface {
@@ -54,14 +25,15 @@ struct PlacedSurface {
 
 // The evidence of a link, or why there is none.
 struct LinkOutcome {
-  std::optional<ScanLink> link;  // kSurfaces, not in doubt, a < b
-  std::string reason;            // why there is no link; empty when there is
-  size_t correspondences = 0;    // samples of either scan that lie on the other's surface
-  double overlap_share = 0;      // of what one scan shows within sight of the other, the share that
-                                 // both have; the lesser of both, [0, 1]
-  double contradiction_share = 0;  // of the samples within the other's sight: in its empty space
-  double rms_residual = 0;         // m, point to plane, of the inliers
-  double expected_residual = 0;    // m, what the noise explains
+  std::optional<ScanLink> link;  // kSurfaces, a < b
+  std::string reason;            // why there is no link, or it is in doubt; else empty
+  size_t correspondences = 0;    // patches of b that lie on a's surface
+  double overlap_share = 0;  // of b's patches within sight of a: that lie on a's surface, [0, 1]
+  double contradiction_share =
+      0;                         // of either's patches within the other's sight: that lie in space
+                                 // which the other saw to be empty; the larger of both, [0, 1]
+  double rms_residual = 0;       // m, point to plane, of the inliers
+  double expected_residual = 0;  // m, what the noise explains
   int constrained_directions = 0;  // of six
   double moved = 0;                // m, rms over the overlap: from where the poses had them
 };

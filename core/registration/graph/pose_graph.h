@@ -30,7 +30,7 @@ struct AbsolutePose {
 };
 
 // What an inclinometer says.
-struct Levelling {
+struct InclinometerReading {
   Eigen::Vector3d up_in_scan = Eigen::Vector3d::UnitZ();  // unit, scanner frame
   double sigma = 0;                                       // rad, of either tilt, > 0
 };
@@ -43,7 +43,7 @@ struct ScanNode {
   bool fixed = false;  // it stays where it is, to the bit
   std::vector<AbsolutePose> absolute;
   std::vector<TargetTie> targets;
-  std::optional<Levelling> levelling;
+  std::optional<InclinometerReading> inclinometer;
 
   // Whether anything but other scans says where it is.
   bool Tied() const { return fixed || !absolute.empty() || !targets.empty(); }
@@ -72,6 +72,10 @@ struct ScanLink {
 // The same tie, seen from b.
 ScanLink Reversed(const ScanLink& link);
 
+// Scans that are adjusted together at most: sites of 20,000 m2 have some hundreds. It bounds memory
+// and time.
+inline constexpr size_t kMostAdjustedScans = 2000;
+
 // A set of scans and links in an order of their own, which does not depend on the order in which
 // they came. A value; immutable.
 class PoseGraph {
@@ -79,8 +83,8 @@ class PoseGraph {
   // INVALID_ARGUMENT names the first node or link (in canonical order) that is not valid: an id
   // that is empty, unknown or there twice; a pose that is not finite, not rigid or farther than
   // kFarthest from the origin; information that is not finite, symmetric and positive semidefinite
-  // or larger than kMostInformation; a target or a levelling that is not valid. Two links between
-  // the same scans are valid, and so is a graph in several pieces or without nodes.
+  // or larger than kMostInformation; a target or an inclinometer reading that is not valid. Two
+  // links between the same scans are valid, and so is a graph in several pieces or without nodes.
   static absl::StatusOr<PoseGraph> Create(std::vector<ScanNode> nodes, std::vector<ScanLink> links);
 
   // m. Sites are told apart from typing errors: earth-centred coordinates have to be shifted before
@@ -92,7 +96,7 @@ class PoseGraph {
   const std::vector<ScanNode>& nodes() const { return nodes_; }  // by id
   // By a, b, origin, doubt, pose and information; a < b in each.
   const std::vector<ScanLink>& links() const { return links_; }
-  // The node of an id that is there.
+  // The node of an id that is there; of another id, where it would be.
   size_t IndexOf(std::string_view id) const;
   // Of links()[i].
   size_t NodeA(size_t link) const { return ends_[link].a; }
@@ -111,6 +115,8 @@ class PoseGraph {
     size_t a = 0;
     size_t b = 0;
   };
+  void FindEnds();
+
   std::vector<ScanNode> nodes_;
   std::vector<ScanLink> links_;
   std::vector<Ends> ends_;
