@@ -327,6 +327,18 @@ absl::StatusOr<MergeReport> PartialModel::MoveTogether(
   return report;
 }
 
+absl::Status PartialModel::Reorder(std::vector<std::string> ids) {
+  State& state = *state_;
+  if (!std::is_permutation(ids.begin(), ids.end(), state.order.begin(), state.order.end())) {
+    return absl::InvalidArgumentError("an order of other scans than those in the model");
+  }
+  if (ids == state.order) return absl::OkStatus();
+  state.order = std::move(ids);
+  state.view = std::make_shared<const PlanningView>(*state.view, state.version,
+                                                    std::span<const BrickAt>(), state.Stations());
+  return absl::OkStatus();
+}
+
 std::string PartialModel::Save(parallel::Parallel& parallel) const {
   const BrickRange bricks = state_->view->bricks();
   return EncodeSnapshot({state_->config, state_->version, algorithm_version()}, state_->order,

@@ -82,6 +82,10 @@ class PartialModel {
       absl::FunctionRef<absl::StatusOr<sensor::Scan>(absl::string_view id)> load,
       parallel::Parallel& parallel, int64_t memory_limit = std::numeric_limits<int64_t>::max());
 
+  // Says in which order its scans came, which is the order of the stations and nothing else.
+  // INVALID_ARGUMENT: these are not its scans.
+  absl::Status Reorder(std::vector<std::string> ids);
+
   // The model as bytes (snapshot.h), and back: what is loaded goes on as if it had never been away.
   // DATA_LOSS: damaged. FAILED_PRECONDITION: of a newer release. RESOURCE_EXHAUSTED: more than
   // `max_bytes` decompressed.

@@ -114,6 +114,7 @@ const std::vector<Handle>& Handlers() {
       Of(rpc::handlers::ListRejections),
       Of(rpc::handlers::DeleteRejection),
       Of(rpc::handlers::GetCoverage),
+      Of(rpc::handlers::GetPoseGraph),
       Of(rpc::handlers::CreateScanner),
       Of(rpc::handlers::GetScanner),
       Of(rpc::handlers::ListScanners),

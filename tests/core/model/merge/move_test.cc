@@ -175,6 +175,20 @@ TEST(MoveTest, TheSkyIsClearedAnew) {
   ExpectMovesLeaveNoTrace(scans);
 }
 
+TEST(MoveTest, TheOrderOfStationsCanBeTold) {
+  MovableScans scans(EmptyRoom(), 3, 2);
+  const std::unique_ptr<PartialModel> model = scans.Made([](size_t) { return false; });
+  const uint64_t digest = model->Digest();
+  ASSERT_TRUE(model->Reorder({scans[2].id, scans[0].id, scans[1].id}).ok());
+  EXPECT_EQ(model->Digest(), digest);
+  const std::vector<Station> stations = model->Publish()->stations();
+  ASSERT_EQ(stations.size(), 3U);
+  EXPECT_EQ(stations[0].position, scans[2].at.translation());
+  EXPECT_EQ(stations[2].position, scans[1].at.translation());
+  EXPECT_TRUE(absl::IsInvalidArgument(model->Reorder({scans[0].id, scans[1].id})));
+  EXPECT_TRUE(absl::IsInvalidArgument(model->Reorder({scans[0].id, scans[1].id, "none"})));
+}
+
 TEST(MoveTest, WhatIsNotThereCannotBeMoved) {
   MovableScans scans(EmptyRoom(), 2, 1);
   const std::unique_ptr<PartialModel> model = scans.Made([](size_t) { return false; });
