@@ -56,6 +56,11 @@ for package in $packages; do
   echo >>"$admin/status"
 done
 
+# Where a link of /etc/alternatives leads to a library (BLAS), no package has that link.
+for library in $libraries; do
+  [ -e "$root$library" ] || ln -s "$(readlink -f "$library")" "$root$library"
+done
+
 # Programs of base-files and others: none but the server.
 find "$root/usr/bin" -type f ! -name vantaged -delete
 mkdir -p "$root/etc" "$root/tmp" "$root/proc" "$root/sys" "$root/dev"

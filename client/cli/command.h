@@ -101,6 +101,7 @@ void AddRejectionDelete(CLI::App& parent, Environment& environment);
 void AddEvaluate(CLI::App& parent, Environment& environment);
 void AddReject(CLI::App& parent, Environment& environment);
 void AddCoverage(CLI::App& parent, Environment& environment);
+void AddLinks(CLI::App& parent, Environment& environment);
 void AddWatch(CLI::App& parent, Environment& environment);
 void AddPlansList(CLI::App& parent, Environment& environment);
 void AddPlansDelete(CLI::App& parent, Environment& environment);

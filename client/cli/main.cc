@@ -140,6 +140,7 @@ int main(int argc, char** argv) {
   vantage::cli::AddEvaluate(app, environment);
   vantage::cli::AddReject(app, environment);
   vantage::cli::AddCoverage(app, environment);
+  vantage::cli::AddLinks(app, environment);
   vantage::cli::AddWatch(app, environment);
   vantage::cli::AddExport(app, environment);
   vantage::cli::AddSimulate(app, environment);

@@ -209,6 +209,30 @@ std::string SessionReport(const v1::Session& session) {
   return out;
 }
 
+namespace {
+
+std::string AdjustmentLines(const v1::Scan& scan) {
+  const v1::PoseAdjustment& adjustment = scan.adjustment();
+  const v1::Vector3& before = adjustment.unadjusted_pose().translation();
+  const v1::Vector3& now = scan.pose().translation();
+  std::string out = absl::StrFormat(
+      "  adjusted  %s from where it was registered",
+      Length(std::hypot(now.x() - before.x(), now.y() - before.y(), now.z() - before.z())));
+  if (adjustment.covariance().empty()) {
+    absl::StrAppend(&out, ", along with the scan beside it");
+  } else {
+    absl::StrAppendFormat(&out, "; now known to %s", Length(adjustment.position_sigma_m()));
+  }
+  if (adjustment.has_worst_link()) {
+    absl::StrAppendFormat(&out, "; its worst link, to %s, is off by %.0f %% of what is allowed",
+                          client::IdOf(adjustment.worst_link().scan()),
+                          100 * adjustment.worst_link().test_ratio());
+  }
+  return out + "\n";
+}
+
+}  // namespace
+
 std::string ScanReport(const v1::Scan& scan) {
   std::string out = absl::StrFormat("%s  %s  %s\n", client::IdOf(scan.name()), scan.display_name(),
                                     Word(scan.state()));
@@ -220,6 +244,7 @@ std::string ScanReport(const v1::Scan& scan) {
     absl::StrAppendFormat(&out, "  pose      %s, from %s\n", Text(scan.pose()),
                           Word(scan.pose_source()));
   }
+  if (scan.has_adjustment()) absl::StrAppend(&out, AdjustmentLines(scan));
   if (scan.has_levelling()) {
     absl::StrAppendFormat(&out, "  levelled  %.2f\u00b0 taken out, by %s\n",
                           sensor::Degrees(scan.levelling().tilt_rad()),

@@ -120,6 +120,16 @@ std::string Words(const v1::SessionEvent& event) {
           client::IdOf(ended.station().name()),
           ended.scan().empty() ? " is given up" : absl::StrCat(" is ", client::IdOf(ended.scan())));
     }
+    case v1::SessionEvent::kPosesAdjusted: {
+      const v1::PosesAdjustedEvent& adjusted = event.poses_adjusted();
+      if (adjusted.moved_count() == 0) {
+        return absl::StrFormat("poses of %d scans adjusted: none moved", adjusted.poses_size());
+      }
+      return absl::StrFormat(
+          "poses of %d scans adjusted together: %d moved, %s by %s at most; model version %d",
+          adjusted.poses_size(), adjusted.moved_count(), client::IdOf(adjusted.most_moved_scan()),
+          Length(adjusted.largest_move_m()), adjusted.model_version());
+    }
     case v1::SessionEvent::kEventsLeftOut:
       return absl::StrCat("events from ", event.events_left_out().first_sequence(),
                           " on that have no consequence any more");

@@ -130,6 +130,10 @@ absl::StatusOr<v1::DeleteRejectionResponse> Client::Call(v1::DeleteRejectionRequ
 absl::StatusOr<v1::GetCoverageResponse> Client::Call(v1::GetCoverageRequest request) {
   return CallUnary(*wire_->model, &v1::ModelService::Stub::GetCoverage, *wire_, std::move(request));
 }
+absl::StatusOr<v1::GetPoseGraphResponse> Client::Call(v1::GetPoseGraphRequest request) {
+  return CallUnary(*wire_->model, &v1::ModelService::Stub::GetPoseGraph, *wire_,
+                   std::move(request));
+}
 
 absl::StatusOr<v1::CreateScannerResponse> Client::Call(v1::CreateScannerRequest request) {
   return CallUnary(*wire_->fleet, &v1::FleetService::Stub::CreateScanner, *wire_,

@@ -71,6 +71,7 @@ class Client {
   absl::StatusOr<v1::ListRejectionsResponse> Call(v1::ListRejectionsRequest request);
   absl::StatusOr<v1::DeleteRejectionResponse> Call(v1::DeleteRejectionRequest request);
   absl::StatusOr<v1::GetCoverageResponse> Call(v1::GetCoverageRequest request);
+  absl::StatusOr<v1::GetPoseGraphResponse> Call(v1::GetPoseGraphRequest request);
   absl::StatusOr<v1::CreateScannerResponse> Call(v1::CreateScannerRequest request);
   absl::StatusOr<v1::GetScannerResponse> Call(v1::GetScannerRequest request);
   absl::StatusOr<v1::ListScannersResponse> Call(v1::ListScannersRequest request);

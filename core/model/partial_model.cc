@@ -11,6 +11,7 @@
 #include "core/model/carve/carve.h"
 #include "core/model/carve/scan_layer.h"
 #include "core/model/merge/merge.h"
+#include "core/model/merge/merge_all.h"
 #include "core/model/merge/model_octree.h"
 #include "core/model/merge/reflection_mask.h"
 #include "core/model/merge/shared_reflections.h"
@@ -126,6 +127,27 @@ bool IsRigid(const Eigen::Isometry3d& pose) {
   return pose.matrix().allFinite() && (R * R.transpose()).isIdentity(1e-6) && R.determinant() > 0;
 }
 
+absl::Status CheckInput(const sensor::Scan& scan, const Eigen::Isometry3d& T_model_scan,
+                        const ModelConfig& config) {
+  if (absl::Status status = scan.image.Validate(); !status.ok()) return status;
+  if (absl::Status status = scan.scanner.Validate(); !status.ok()) return status;
+  if (!IsRigid(T_model_scan)) {
+    return absl::InvalidArgumentError("pose: must be a rigid transform of finite numbers");
+  }
+  const Eigen::Vector3d stands = T_model_scan.translation();
+  if ((stands.cwiseAbs().array() > config.max_half_extent.array()).any()) {
+    return absl::OutOfRangeError(absl::StrCat(
+        "the scanner stands at (", stands.x(), ", ", stands.y(), ", ", stands.z(),
+        ") m, outside the site, whose limit is ", config.max_half_extent.x(), " x ",
+        config.max_half_extent.y(), " x ", config.max_half_extent.z(), " m from the origin"));
+  }
+  return absl::OkStatus();
+}
+
+// Of the scans in the model, the share above which moved ones are merged together: each of them,
+// merged alone, has what it touched and touches recomputed, and a place is seen by some four scans.
+constexpr size_t kShareMovedAlone = 8;
+
 }  // namespace
 
 PartialModel::PartialModel(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -144,18 +166,8 @@ absl::StatusOr<MergeReport> PartialModel::Insert(absl::string_view id, const sen
   if (state.layers.contains(std::string(id))) {
     return absl::AlreadyExistsError(absl::StrCat("scan '", id, "' is in the model already"));
   }
-  if (absl::Status status = scan.image.Validate(); !status.ok()) return status;
-  if (absl::Status status = scan.scanner.Validate(); !status.ok()) return status;
-  if (!IsRigid(T_model_scan)) {
-    return absl::InvalidArgumentError("pose: must be a rigid transform of finite numbers");
-  }
-  const Eigen::Vector3d stands = T_model_scan.translation();
-  if ((stands.cwiseAbs().array() > state.config.max_half_extent.array()).any()) {
-    return absl::OutOfRangeError(
-        absl::StrCat("the scanner stands at (", stands.x(), ", ", stands.y(), ", ", stands.z(),
-                     ") m, outside the site, whose limit is ", state.config.max_half_extent.x(),
-                     " x ", state.config.max_half_extent.y(), " x ",
-                     state.config.max_half_extent.z(), " m from the origin"));
+  if (absl::Status status = CheckInput(scan, T_model_scan, state.config); !status.ok()) {
+    return status;
   }
 
   MergeReport report;
@@ -219,6 +231,112 @@ absl::StatusOr<MergeReport> PartialModel::Replace(absl::string_view old, absl::s
   inserted->copied_pages += withdrawn->copied_pages;
   inserted->merge_seconds += withdrawn->merge_seconds;
   return inserted;
+}
+
+absl::StatusOr<MergeReport> PartialModel::Move(
+    std::span<const ScanMove> moves,
+    absl::FunctionRef<absl::StatusOr<sensor::Scan>(absl::string_view id)> load,
+    parallel::Parallel& parallel, int64_t memory_limit) {
+  for (const ScanMove& move : moves) {
+    if (state_->layers.contains(move.id)) continue;
+    return absl::NotFoundError(absl::StrCat("scan '", move.id, "' is not in the model"));
+  }
+  return moves.size() * kShareMovedAlone <= state_->layers.size()
+             ? MoveEach(moves, load, parallel, memory_limit)
+             : MoveTogether(moves, load, parallel, memory_limit);
+}
+
+absl::StatusOr<MergeReport> PartialModel::MoveEach(
+    std::span<const ScanMove> moves,
+    absl::FunctionRef<absl::StatusOr<sensor::Scan>(absl::string_view id)> load,
+    parallel::Parallel& parallel, int64_t memory_limit) {
+  State& state = *state_;
+  const std::vector<std::string> order = state.order;
+  MergeReport sum;
+  for (const ScanMove& move : moves) {
+    const absl::StatusOr<sensor::Scan> scan = load(move.id);
+    if (!scan.ok()) return scan.status();
+    const absl::StatusOr<MergeReport> out = Withdraw(move.id, parallel);
+    if (!out.ok()) return out.status();
+    const absl::StatusOr<MergeReport> in =
+        Insert(move.id, *scan, move.T_model_scan, parallel, memory_limit);
+    if (!in.ok()) return in.status();
+    for (const MergeReport* report : {&*out, &*in}) {
+      sum.recomputed_bricks += report->recomputed_bricks;
+      sum.changed_bricks += report->changed_bricks;
+      sum.copied_pages += report->copied_pages;
+      sum.carve_seconds += report->carve_seconds;
+      sum.merge_seconds += report->merge_seconds;
+    }
+    sum.samples += in->samples;
+    sum.empty_voxels += in->empty_voxels;
+    sum.surface_voxels += in->surface_voxels;
+  }
+  state.order = order;
+  sum.version = ++state.version;
+  state.view = std::make_shared<const PlanningView>(*state.view, sum.version,
+                                                    std::span<const BrickAt>(), state.Stations());
+  return sum;
+}
+
+absl::StatusOr<MergeReport> PartialModel::MoveTogether(
+    std::span<const ScanMove> moves,
+    absl::FunctionRef<absl::StatusOr<sensor::Scan>(absl::string_view id)> load,
+    parallel::Parallel& parallel, int64_t memory_limit) {
+  State& state = *state_;
+  MergeReport report;
+  for (const ScanMove& move : moves) {
+    const absl::StatusOr<sensor::Scan> scan = load(move.id);
+    if (!scan.ok()) return scan.status();
+    absl::Status valid = CheckInput(*scan, move.T_model_scan, state.config);
+    if (!valid.ok()) return valid;
+    const auto start = std::chrono::steady_clock::now();
+    std::unique_ptr<ScanLayer>& layer = state.layers.at(move.id);
+    layer.reset();  // its room is for what comes in its place
+    absl::StatusOr<std::unique_ptr<ScanLayer>> carved =
+        CarveWithin(memory_limit, *scan, move.T_model_scan, state.config, parallel);
+    if (!carved.ok()) return carved.status();
+    layer = *std::move(carved);
+    report.carve_seconds += SecondsSince(start);
+    report.samples += layer->samples;
+    report.empty_voxels += layer->empty_voxels;
+    report.surface_voxels += layer->surface_voxels;
+  }
+
+  const auto start = std::chrono::steady_clock::now();
+  // Each is asked about those before it and they about it: every pair once.
+  SharedReflections::Layers layers = std::exchange(state.layers, {});
+  state.shared_reflections = SharedReflections();
+  for (auto& [id, layer] : layers) {
+    state.layers.emplace(id, std::move(layer));
+    state.shared_reflections.Add(id, state.layers, parallel);
+  }
+  state.apertures = state.AllApertures();
+  for (const auto& [id, layer] : state.layers) {
+    ApplyReflectionMask(state.apertures, state.config.voxel_size, *layer);
+  }
+  const MergeResult merged =
+      MergeAll(state.Layers(), state.config.voxel_size, state.all_empty, parallel, state.octree);
+  report.recomputed_bricks = merged.recomputed;
+  report.changed_bricks = merged.changed.size() + merged.emptied.size();
+  report.version = ++state.version;
+  state.view = std::make_shared<const PlanningView>(*state.view, report.version, merged.changed,
+                                                    state.Stations(), merged.emptied);
+  report.copied_pages = state.view->copied_pages();
+  report.merge_seconds = SecondsSince(start);
+  return report;
+}
+
+absl::Status PartialModel::Reorder(std::vector<std::string> ids) {
+  State& state = *state_;
+  if (!std::is_permutation(ids.begin(), ids.end(), state.order.begin(), state.order.end())) {
+    return absl::InvalidArgumentError("an order of other scans than those in the model");
+  }
+  if (ids == state.order) return absl::OkStatus();
+  state.order = std::move(ids);
+  state.view = std::make_shared<const PlanningView>(*state.view, state.version,
+                                                    std::span<const BrickAt>(), state.Stations());
+  return absl::OkStatus();
 }
 
 std::string PartialModel::Save(parallel::Parallel& parallel) const {

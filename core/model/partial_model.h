@@ -8,9 +8,11 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
@@ -35,6 +37,12 @@ struct MergeReport {
   size_t copied_pages = 0;       // pages of the planning view with any of them
   double carve_seconds = 0;      // range image to per-scan voxels
   double merge_seconds = 0;      // into the model, frontier and attributes included
+};
+
+// A scan of the model and where it belongs.
+struct ScanMove {
+  std::string id;
+  Eigen::Isometry3d T_model_scan = Eigen::Isometry3d::Identity();
 };
 
 class PartialModel {
@@ -64,6 +72,19 @@ class PartialModel {
                                       const Eigen::Isometry3d& T_model_scan,
                                       parallel::Parallel& parallel,
                                       int64_t memory_limit = std::numeric_limits<int64_t>::max());
+
+  // Moves scans to other poses: the model is then, bit for bit, as if they had been merged there in
+  // the first place, in the order in which they came. `load` gives a scan's samples again, one scan
+  // at a time. Errors as of Insert(), and those of `load`; NOT_FOUND: a scan is not in the model,
+  // which is then as it was. After any other error the model may only be destroyed.
+  absl::StatusOr<MergeReport> Move(
+      std::span<const ScanMove> moves,
+      absl::FunctionRef<absl::StatusOr<sensor::Scan>(absl::string_view id)> load,
+      parallel::Parallel& parallel, int64_t memory_limit = std::numeric_limits<int64_t>::max());
+
+  // Says in which order its scans came, which is the order of the stations and nothing else.
+  // INVALID_ARGUMENT: these are not its scans.
+  absl::Status Reorder(std::vector<std::string> ids);
 
   // The model as bytes (snapshot.h), and back: what is loaded goes on as if it had never been away.
   // DATA_LOSS: damaged. FAILED_PRECONDITION: of a newer release. RESOURCE_EXHAUSTED: more than
@@ -98,6 +119,15 @@ class PartialModel {
  private:
   struct State;
   explicit PartialModel(std::unique_ptr<State> state);
+  // Move() of a few scans, one after the other, and of many at once.
+  absl::StatusOr<MergeReport> MoveEach(
+      std::span<const ScanMove> moves,
+      absl::FunctionRef<absl::StatusOr<sensor::Scan>(absl::string_view id)> load,
+      parallel::Parallel& parallel, int64_t memory_limit);
+  absl::StatusOr<MergeReport> MoveTogether(
+      std::span<const ScanMove> moves,
+      absl::FunctionRef<absl::StatusOr<sensor::Scan>(absl::string_view id)> load,
+      parallel::Parallel& parallel, int64_t memory_limit);
   std::unique_ptr<State> state_;
 };
 

@@ -130,6 +130,7 @@ class ModelServiceImpl final : public v1::ModelService::CallbackService {
  public:
   explicit ModelServiceImpl(const RpcDependencies& dependencies) : dependencies_(dependencies) {}
   VANTAGE_UNARY(GetCoverage)
+  VANTAGE_UNARY(GetPoseGraph)
   VANTAGE_STREAM(ExportModel)
 
  private:

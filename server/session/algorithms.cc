@@ -42,7 +42,9 @@ Algorithms Algorithms::Core() {
           fleet::MakeJointPlan,
           fleet::MeasureCover,
           fleet::ForecastStation,
-          planning::MakePlanChoosingSetting};
+          planning::MakePlanChoosingSetting,
+          registration::LinkScans,
+          registration::Adjust};
 }
 
 }  // namespace vantage::session

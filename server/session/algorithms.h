@@ -24,6 +24,9 @@
 #include "core/registration/align/registration_config.h"
 #include "core/registration/align/targets.h"
 #include "core/registration/bound/registration_result.h"
+#include "core/registration/graph/adjust.h"
+#include "core/registration/graph/link.h"
+#include "core/registration/graph/pose_graph.h"
 #include "core/registration/levelling.h"
 #include "core/sensor/scan.h"
 
@@ -81,6 +84,14 @@ struct Algorithms {
       const planning::PlanningConfig&, const parallel::Budget&, parallel::Parallel&,
       planning::PlanProgress)>
       make_plan_choosing_setting;
+
+  // Empty: scans are tied to nothing, and stay where they were registered.
+  std::function<registration::LinkOutcome(
+      const registration::PlacedSurface&, const registration::PlacedSurface&,
+      const registration::RegistrationConfig&, const registration::LinkOptions&)>
+      link_scans;
+  std::function<absl::StatusOr<registration::Adjustment>(const registration::PoseGraph&)>
+      adjust_poses;
 
   // The core's algorithms.
   static Algorithms Core();

@@ -52,12 +52,20 @@ class Check {
         break;
       case v1::SessionEvent::kScanMerged:
         Scan(event.scan_merged().scan());
+        for (const v1::ScanLink& link : event.scan_merged().links()) Link(link);
         break;
       case v1::SessionEvent::kScanWithdrawn:
         Scan(event.scan_withdrawn().scan());
         break;
       case v1::SessionEvent::kScanRemoved:
         Scan(event.scan_removed().scan());
+        break;
+      case v1::SessionEvent::kPosesAdjusted:
+        for (const v1::AdjustedPose& adjusted : event.poses_adjusted().poses()) {
+          Name(adjusted.scan(), "scans", "poses.scan");
+          Pose(adjusted.pose(), "poses.pose");
+          if (adjusted.has_adjustment()) Adjustment(adjusted.adjustment());
+        }
         break;
       case v1::SessionEvent::kPlanCreated:
         Plan(event.plan_created().plan());
@@ -155,12 +163,34 @@ class Check {
       conversion::ReadPosePrior(scan.prior(), Eigen::Vector3d::Zero(), "scan.prior", violations_);
     }
     if (scan.has_pose()) Pose(scan.pose(), "scan.pose");
+    if (scan.has_adjustment()) Adjustment(scan.adjustment());
+    if (scan.has_pose_reference()) {
+      Name(scan.pose_reference().scan(), "scans", "scan.pose_reference.scan");
+      Pose(scan.pose_reference().pose(), "scan.pose_reference.pose");
+    }
     const bool placed =
         scan.state() == v1::SCAN_STATE_MERGING || scan.state() == v1::SCAN_STATE_MERGED;
     if (placed && !scan.has_pose()) violations_.Add("scan.pose", "is required in its state");
     if (scan.encoded_size_bytes() < 0 || scan.encoded_size_bytes() > limits_.encoded_scan_bytes) {
       violations_.Add("scan.encoded_size_bytes", "is more than a scan may have");
     }
+  }
+  void Adjustment(const v1::PoseAdjustment& adjustment) {
+    Pose(adjustment.unadjusted_pose(), "adjustment.unadjusted_pose");
+    if (adjustment.covariance_size() != 0) {
+      Matrix(adjustment.covariance(), "adjustment.covariance");
+    }
+  }
+  void Link(const v1::ScanLink& link) {
+    Name(link.first_scan(), "scans", "links.first_scan");
+    Name(link.second_scan(), "scans", "links.second_scan");
+    Pose(link.pose(), "links.pose");
+    Matrix(link.information(), "links.information");
+  }
+  void Matrix(const google::protobuf::RepeatedField<double>& numbers, const std::string& field) {
+    const bool finite = std::all_of(numbers.begin(), numbers.end(),
+                                    [](double number) { return std::isfinite(number); });
+    if (numbers.size() != 36 || !finite) violations_.Add(field, "is no 6 x 6 matrix");
   }
   void Plan(const v1::Plan& plan) {
     Name(plan.name(), "plans", "plan.name");

@@ -107,7 +107,13 @@ void LogCompaction::Read(const storage::v1::LogEntry& entry) {
       return Remember(entry, "");
     case v1::SessionEvent::kScanMerged:
       prolonged_.clear();
+      Place(event.scan_merged().scan().name());
       return Remember(entry, "");
+    case v1::SessionEvent::kScanRemoved:
+      Place(event.scan_removed().scan().name());
+      return Remember(entry, "");
+    case v1::SessionEvent::kPosesAdjusted:
+      return ReadAdjustment(entry);
     case v1::SessionEvent::kSessionUpdated:
       if (configured_ < candidates_.size()) Replace(candidates_[configured_]);
       configured_ = candidates_.size();
@@ -144,6 +150,31 @@ void LogCompaction::Remember(const storage::v1::LogEntry& entry, const std::stri
   if (request_order_.size() <= SessionState::kRequests) return;
   requests_.erase(request_order_.front());
   request_order_.pop_front();
+}
+
+void LogCompaction::Place(const std::string& scan) {
+  const auto placed = placed_by_.find(scan);
+  if (placed == placed_by_.end()) return;
+  --adjustments_[placed->second].scans;
+  placed_by_.erase(placed);
+}
+
+// Whoever folds the log without an entry that went finds all that it said, and that poses are not
+// due, in the one with which it goes.
+void LogCompaction::ReadAdjustment(const storage::v1::LogEntry& entry) {
+  const v1::PosesAdjustedEvent& adjusted = entry.event().poses_adjusted();
+  for (const v1::AdjustedPose& pose : adjusted.poses()) Place(pose.scan());
+  for (const PlacedScans& before : adjustments_) {
+    Candidate& candidate = candidates_[before.candidate];
+    if (before.scans == 0 && candidate.goes_with == kStays) {
+      candidate.goes_with = entry.event().sequence();
+    }
+  }
+  for (const v1::AdjustedPose& pose : adjusted.poses())
+    placed_by_[pose.scan()] = adjustments_.size();
+  adjustments_.push_back({candidates_.size(), static_cast<size_t>(adjusted.poses_size())});
+  candidates_.push_back(CandidateOf(entry, false));
+  Remember(entry, "");
 }
 
 // It is told by a later one.

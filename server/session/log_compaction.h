@@ -23,7 +23,8 @@ namespace vantage::session {
 // - a station or a plan that was deleted,
 // - a claim that was prolonged, where a later entry of that claim follows before any scan was
 //   merged (a merge looks at when claims expire),
-// - a configuration of the session or of a scanner that a later one replaced.
+// - a configuration of the session or of a scanner that a later one replaced,
+// - poses that were adjusted, where a later entry says again where each of those scans is.
 // What counts of it (how many there were, a request that is still remembered) is kept in the entry
 // that stands for it.
 class LogCompaction {
@@ -69,6 +70,9 @@ class LogCompaction {
   static void Replace(Candidate& candidate);
   void EndProlonged(const std::string& claim);
   void EndConfigured(const std::string& scanner);
+  // A later entry says where a scan is.
+  void Place(const std::string& scan);
+  void ReadAdjustment(const storage::v1::LogEntry& entry);
 
   std::unordered_set<std::string> uploads_;     // that the state knows
   std::unordered_set<std::string> rejections_;  // the same
@@ -77,7 +81,15 @@ class LogCompaction {
   std::unordered_map<std::string, size_t> stations_;            // by name: its creation
   std::unordered_map<std::string, std::vector<size_t>> plans_;  // by name: its creation and end
   std::unordered_map<std::string, size_t> scanners_;            // by name: its last change
-  size_t configured_ = SIZE_MAX;                                // the last configuration
+  // Entries that adjusted poses, how many scans are still where each put them, and which: by name,
+  // the place in the former.
+  struct PlacedScans {
+    size_t candidate = 0;
+    size_t scans = 0;
+  };
+  std::vector<PlacedScans> adjustments_;
+  std::unordered_map<std::string, size_t> placed_by_;
+  size_t configured_ = SIZE_MAX;  // the last configuration
   uint64_t last_ = 0;
   // The last SessionState::kRequests requests, by the sequence of their entries.
   std::unordered_map<uint64_t, RememberedRequest> requests_;

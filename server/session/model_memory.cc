@@ -77,11 +77,12 @@ bool IsPreviewOf(absl::string_view key, const v1::Scan& scan) {
 
 ModelMemory::ModelMemory(SessionContext& context, StoredSnapshots& snapshots,
                          std::unique_ptr<model::PartialModel> empty, Begin begin,
-                         Reconcile reconcile)
+                         Reconcile reconcile, AdjustPoses adjust_poses)
     : context_(context),
       snapshots_(snapshots),
       config_(empty->config()),
       reconcile_(std::move(reconcile)),
+      adjust_poses_(std::move(adjust_poses)),
       loaded_(begin == Begin::kNew),
       model_(std::move(empty)),
       work_(context) {
@@ -247,7 +248,12 @@ absl::Status ModelMemory::Load(parallel::Parallel& parallel) {
     Forget();
     return rebuilt;
   }
-  // Work of their own, with notes of their own. What is left at a drain is in the log.
+  // Work of their own, with notes of their own. What is left at a drain is in the log. Scans that
+  // wait are aligned to the model with its poses adjusted, as they would have been.
+  if (!context_.halted()) adjust_poses_(parallel);
+  if (!loaded_) {  // that failed half way
+    return absl::UnavailableError("the model could not be merged anew; it is tried again");
+  }
   for (const std::string& scan : undecided) {
     if (context_.halted()) break;
     reconcile_(scan, parallel);
@@ -272,6 +278,7 @@ void ModelMemory::Forget() {
   nothing.version = Current().version;
   Show(nothing);
   model_ = *std::move(empty);
+  link_surfaces_.Clear();
   unsaved_changes_ = 0;
   reservation_.Release();
 }
@@ -296,6 +303,21 @@ absl::StatusOr<model::MergeReport> ModelMemory::Withdraw(const v1::Scan& scan,
   }
   const std::string preview = PreviewKeyOf(scan);
   return model_->Withdraw(preview.empty() ? KeyOf(scan) : preview, parallel);
+}
+
+absl::StatusOr<model::MergeReport> ModelMemory::Move(const std::vector<PosedScan>& scans,
+                                                     parallel::Parallel& parallel) {
+  std::vector<model::ScanMove> moves;
+  std::map<std::string, const v1::Scan*> by_key;
+  for (const PosedScan& posed : scans) {
+    const std::string key = KeyOf(posed.scan);
+    by_key[key] = &posed.scan;
+    moves.push_back({key, posed.T_model_scan});
+  }
+  const auto load = [&](absl::string_view key) {
+    return LoadScan(context_, *by_key.at(std::string(key)));
+  };
+  return model_->Move(moves, load, parallel);
 }
 
 std::string ModelMemory::PreviewKeyOf(const v1::Scan& scan) const {
@@ -486,10 +508,29 @@ absl::Status ModelMemory::Rebuild(parallel::Parallel& parallel) {
   LoadSnapshot(parallel);
   size_t changes = 0;
   std::vector<std::string> lacks;
+  std::vector<PosedScan> moved;  // since the snapshot
   for (const std::string& key : model_->scans()) {
     const auto it = wanted.find(key);
-    const bool stays =
-        it != wanted.end() && model_->PoseOf(key)->matrix() == pose_of(it->second).matrix();
+    if (it == wanted.end()) continue;
+    const Eigen::Isometry3d pose = pose_of(it->second);
+    if (model_->PoseOf(key)->matrix() != pose.matrix()) moved.push_back({it->second, pose});
+  }
+  if (!moved.empty()) {
+    if (context_.draining()) return Draining();
+    const absl::Status done = Move(moved, parallel).status();
+    if (absl::IsUnavailable(done)) return done;
+    if (!done.ok()) {
+      // What can be had of the scans is merged again, and what cannot is told.
+      absl::StatusOr<std::unique_ptr<model::PartialModel>> empty =
+          model::PartialModel::Create(config_);
+      if (!empty.ok()) return empty.status();
+      model_ = *std::move(empty);
+    }
+    changes += moved.size();
+  }
+  for (const std::string& key : model_->scans()) {
+    const auto it = wanted.find(key);
+    const bool stays = it != wanted.end();
     const bool is_replaced =
         std::any_of(in_order.begin(), in_order.end(),
                     [&](const v1::Scan& scan) { return IsPreviewOf(key, scan); });
@@ -516,6 +557,11 @@ absl::Status ModelMemory::Rebuild(parallel::Parallel& parallel) {
     }
     ++changes;
   }
+  std::vector<std::string> order;
+  for (const v1::Scan& scan : in_order) {
+    if (model_->PoseOf(KeyOf(scan)).has_value()) order.push_back(KeyOf(scan));
+  }
+  model_->Reorder(std::move(order)).IgnoreError();  // a preview may be there under its own name
   {
     std::lock_guard<std::mutex> lock(mutex_);
     lacks_ = std::move(lacks);

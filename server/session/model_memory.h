@@ -3,6 +3,7 @@
 #ifndef VANTAGE_SERVER_SESSION_MODEL_MEMORY_H_
 #define VANTAGE_SERVER_SESSION_MODEL_MEMORY_H_
 
+#include <Eigen/Geometry>
 #include <atomic>
 #include <cstdint>
 #include <functional>
@@ -20,6 +21,7 @@
 #include "core/model/view/algorithm_version.h"
 #include "core/model/view/planning_view.h"
 #include "server/session/begun_work.h"
+#include "server/session/link_surfaces.h"
 #include "server/session/memory_account.h"
 #include "server/session/prepared_problem.h"
 #include "server/session/session_context.h"
@@ -39,12 +41,15 @@ class ModelMemory {
  public:
   // Reconciles a scan with the log, on the strand.
   using Reconcile = std::function<void(const std::string& scan, parallel::Parallel&)>;
+  // Adjusts poses where the log says that it is due, on the strand.
+  using AdjustPoses = std::function<void(parallel::Parallel&)>;
   // True when the log has scans for the model, so that it has to be loaded before use.
   enum class Begin { kNew, kToBeLoaded };
 
   // `empty`: a model without scans, with the session's configuration.
   ModelMemory(SessionContext& context, StoredSnapshots& snapshots,
-              std::unique_ptr<model::PartialModel> empty, Begin begin, Reconcile reconcile);
+              std::unique_ptr<model::PartialModel> empty, Begin begin, Reconcile reconcile,
+              AdjustPoses adjust_poses);
 
   ModelSnapshot Current() const;
   // Why Current() has no view. FAILED_PRECONDITION (MODEL_EMPTY): no scan has been merged.
@@ -115,6 +120,16 @@ class ModelMemory {
                                             const Eigen::Isometry3d& T_model_scan,
                                             parallel::Parallel& parallel, int64_t memory_limit);
   absl::StatusOr<model::MergeReport> Withdraw(const v1::Scan& scan, parallel::Parallel& parallel);
+  // Moves scans in the model (PartialModel::Move()), each with the samples that the model has of
+  // it. After an error Forget() must follow.
+  struct PosedScan {
+    v1::Scan scan;
+    Eigen::Isometry3d T_model_scan = Eigen::Isometry3d::Identity();
+  };
+  absl::StatusOr<model::MergeReport> Move(const std::vector<PosedScan>& scans,
+                                          parallel::Parallel& parallel);
+  // Of the scans in it; goes with it.
+  LinkSurfaces& link_surfaces() { return link_surfaces_; }
   // True when the model holds the preview of a scan that is to come in its place; Insert() puts it
   // there.
   bool HoldsPreviewOf(const v1::Scan& scan) const { return !PreviewKeyOf(scan).empty(); }
@@ -144,6 +159,7 @@ class ModelMemory {
   StoredSnapshots& snapshots_;
   const model::ModelConfig config_;
   const Reconcile reconcile_;
+  const AdjustPoses adjust_poses_;
   std::atomic<int> evaluations_{0};
   std::atomic<int> exports_{0};
   std::atomic<bool> loaded_;  // changes on the strand only
@@ -153,6 +169,7 @@ class ModelMemory {
 
   // Used on the strand only.
   std::unique_ptr<model::PartialModel> model_;
+  LinkSurfaces link_surfaces_;
   BegunWork work_;
   MemoryAccount::Reservation reservation_;
   uint32_t algorithm_version_ = model::kModelAlgorithmVersion;

@@ -1,6 +1,7 @@
 #include "server/session/scan_reconciler.h"
 
 #include <chrono>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -18,6 +19,7 @@
 #include "server/conversion/to_proto.h"
 #include "server/session/gain_promise.h"
 #include "server/session/instrument.h"
+#include "server/session/scan_links.h"
 #include "server/session/sightings.h"
 #include "server/session/stored_scans.h"
 
@@ -39,7 +41,7 @@ std::string Words(const registration::RegistrationVerdict& verdict) {
 }  // namespace
 
 ScanReconciler::ScanReconciler(SessionContext& context, ModelMemory& model, Claims& claims,
-                               Stations& stations, Preparation& preparation)
+                               Stations& stations, Preparation& preparation, PoseAdjuster& adjuster)
     : context_(context),
       journal_(context.journal()),
       dependencies_(context.dependencies()),
@@ -47,6 +49,7 @@ ScanReconciler::ScanReconciler(SessionContext& context, ModelMemory& model, Clai
       claims_(claims),
       stations_(stations),
       preparation_(preparation),
+      adjuster_(adjuster),
       work_(context) {}
 
 void ScanReconciler::Post(const std::string& scan) {
@@ -113,6 +116,11 @@ absl::Status ScanReconciler::Change(
 
 void ScanReconciler::Reconcile(const std::string& name, parallel::Parallel& parallel) {
   if (context_.closed() || context_.halted()) return;
+  ReconcileScan(name, parallel);
+  if (model_.loaded()) adjuster_.AdjustWhenDue(parallel);
+}
+
+void ScanReconciler::ReconcileScan(const std::string& name, parallel::Parallel& parallel) {
   std::string waited;  // for what
   {
     std::lock_guard<std::mutex> lock(mutex_);
@@ -252,9 +260,11 @@ void ScanReconciler::Align(const v1::Scan& scan, sensor::Scan& data,
                                  "one another pose, set it there)"),
                     &registration);
     }
+    const v1::PoseReference reference = NearestTo(scan, result->T_world_scan);
     if (!verdict.registered()) {
-      return Refuse(scan, StateOf(verdict), Words(verdict), &registration);
+      return Refuse(scan, StateOf(verdict), Words(verdict), &registration, &reference);
     }
+    *placed.mutable_pose_reference() = reference;
     *placed.mutable_registration() = registration;
     *placed.mutable_pose() = registration.pose();
     const bool trusted = data.prior.has_value() && data.prior->trusted;
@@ -310,6 +320,7 @@ void ScanReconciler::Merge(const v1::Scan& scan, const sensor::Scan& data,
   const std::shared_ptr<const model::PlanningView> before = model_.Current().view;
   ModelSnapshot next_model{model_.Publish(), 0};
   const double obtained = ObtainedGain(context_, before.get(), *next_model.view, parallel);
+  const std::vector<v1::ScanLink> links = LinksOf(context_, model_, scan, data, parallel);
   std::string claim;    // that it fulfils
   std::string station;  // that it comes from
   absl::Status logged = Change(
@@ -319,6 +330,9 @@ void ScanReconciler::Merge(const v1::Scan& scan, const sensor::Scan& data,
         next.set_state(v1::SCAN_STATE_MERGED);
         *next.mutable_merge() = conversion::WriteMergeReport(*report);
         next.mutable_merge()->set_model_version(next_model.version);
+        if (dependencies_.algorithms.link_scans) {
+          next.mutable_merge()->set_link_count(static_cast<int32_t>(links.size()));
+        }
         if (swaps && scan.has_merge()) {
           // What it was made for was obtained, and promised, before its preview came.
           const v1::MergeReport& first = scan.merge();
@@ -336,6 +350,7 @@ void ScanReconciler::Merge(const v1::Scan& scan, const sensor::Scan& data,
           station = stations_.OfScan(state, next);
         }
         *draft.event.mutable_scan_merged()->mutable_scan() = next;
+        *draft.event.mutable_scan_merged()->mutable_links() = {links.begin(), links.end()};
       },
       [&] { model_.Show(next_model); });
   if (!logged.ok()) {
@@ -418,6 +433,25 @@ std::string ScanReconciler::TwinOf(const v1::Scan& scan, const sensor::Scan& dat
   return "";
 }
 
+v1::PoseReference ScanReconciler::NearestTo(const v1::Scan& scan,
+                                            const Eigen::Isometry3d& T_model_scan) const {
+  v1::PoseReference nearest;
+  double least = std::numeric_limits<double>::infinity();
+  journal_.Read([&](const SessionState& state) {
+    for (const std::string& name : state.scan_order) {
+      const ScanRecord& record = state.scans.at(name);
+      if (!record.in_model || name == scan.name()) continue;
+      const Eigen::Isometry3d pose = conversion::ReadOwnPose(record.scan.pose(), context_.origin());
+      const double apart = (pose.translation() - T_model_scan.translation()).norm();
+      if (!(apart < least)) continue;
+      least = apart;
+      nearest.set_scan(name);
+      *nearest.mutable_pose() = record.scan.pose();
+    }
+  });
+  return nearest;
+}
+
 std::pair<std::string, int64_t> ScanReconciler::PreviewOf(const std::string& scan) const {
   std::pair<std::string, int64_t> preview;
   journal_.Read([&](const SessionState& state) {
@@ -470,12 +504,15 @@ bool ScanReconciler::PutBackPreview(const v1::Scan& scan, const sensor::Scan& da
 }
 
 void ScanReconciler::Refuse(const v1::Scan& scan, v1::ScanState state, const std::string& message,
-                            const v1::Registration* registration) {
+                            const v1::Registration* registration,
+                            const v1::PoseReference* reference) {
   absl::Status logged = Change(scan, [&](const SessionState&, v1::Scan& next, Draft& draft) {
     next.set_state(state);
     next.set_state_message(message);
     next.clear_pose();
     next.clear_pose_source();
+    next.clear_adjustment();
+    if (reference != nullptr) *next.mutable_pose_reference() = *reference;
     if (registration != nullptr) {
       *next.mutable_registration() = *registration;
     }

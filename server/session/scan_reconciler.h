@@ -18,6 +18,7 @@
 #include "server/session/claims.h"
 #include "server/session/journal.h"
 #include "server/session/model_memory.h"
+#include "server/session/pose_adjuster.h"
 #include "server/session/preparation.h"
 #include "server/session/session_context.h"
 #include "server/session/stations.h"
@@ -29,12 +30,13 @@ namespace vantage::session {
 class ScanReconciler {
  public:
   ScanReconciler(SessionContext& context, ModelMemory& model, Claims& claims, Stations& stations,
-                 Preparation& preparation);
+                 Preparation& preparation, PoseAdjuster& adjuster);
 
   // Reconciles a scan soon: its log entry changed.
   void Post(const std::string& scan);
-  // Does what the scan's state in the log asks for; nothing when it is done already. Work that
-  // cannot be done now is tried again later. Must be called on the strand.
+  // Does what the scan's state in the log asks for; nothing when it is done already. Then poses are
+  // adjusted where they have to be. Work that cannot be done now is tried again later. Must be
+  // called on the strand.
   void Reconcile(const std::string& scan, parallel::Parallel& parallel);
   // Retries later all scans whose log entries ask for work.
   void PostUndecidedLater(const absl::Status& why);
@@ -44,6 +46,7 @@ class ScanReconciler {
   void AddProgress(v1::Scan& scan) const;
 
  private:
+  void ReconcileScan(const std::string& name, parallel::Parallel& parallel);
   // Aligns and merges what is asked for, with memory reserved.
   void Work(const v1::Scan& scan, MemoryAccount::Reservation& reservation,
             parallel::Parallel& parallel);
@@ -62,12 +65,15 @@ class ScanReconciler {
   // Whether the samples that came in place of a preview are those of another scan; then the preview
   // is put back, with the reason. Also true when that cannot be told now, and is tried again.
   bool PutBackPreview(const v1::Scan& scan, const sensor::Scan& data);
+  // The scan in the model that stands nearest to a pose, and where it does: what is registered
+  // there goes along when that one is moved.
+  v1::PoseReference NearestTo(const v1::Scan& scan, const Eigen::Isometry3d& T_model_scan) const;
   // The preview that a scan replaces, while it does: its blob and its size.
   std::pair<std::string, int64_t> PreviewOf(const std::string& scan) const;
   // Its data are of no more use.
   void Release(const std::pair<std::string, int64_t>& preview);
   void Refuse(const v1::Scan& scan, v1::ScanState state, const std::string& message,
-              const v1::Registration* registration);
+              const v1::Registration* registration, const v1::PoseReference* reference = nullptr);
   absl::Status Change(
       const v1::Scan& as_read,
       absl::FunctionRef<void(const SessionState&, v1::Scan&, Draft&)> change,
@@ -82,6 +88,7 @@ class ScanReconciler {
   Claims& claims_;
   Stations& stations_;
   Preparation& preparation_;
+  PoseAdjuster& adjuster_;
   BegunWork work_;  // on scans, by name; used on the strand
 
   mutable std::mutex mutex_;

@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "server/contract/error.h"
 #include "server/conversion/to_proto.h"
+#include "server/session/chained_poses.h"
 #include "server/session/list_filter.h"
 #include "server/session/stored_scans.h"
 
@@ -35,6 +36,17 @@ std::vector<std::string> Dependents(const SessionState& state, const ScanRecord&
     }
   }
   return names;
+}
+
+// What it was registered beside may have been moved since.
+void CarryAlong(const SessionState& state, const Eigen::Vector3d& origin, v1::Scan& scan) {
+  if (!scan.has_pose_reference()) return;
+  v1::PoseReference& reference = *scan.mutable_pose_reference();
+  const auto beside = state.scans.find(reference.scan());
+  if (beside == state.scans.end() || !beside->second.in_model) return;
+  const v1::Pose& now = beside->second.scan.pose();
+  *scan.mutable_pose() = CarriedAlong(scan.pose(), reference, now, origin);
+  *reference.mutable_pose() = now;
 }
 
 }  // namespace
@@ -107,6 +119,8 @@ absl::StatusOr<v1::Scan> Scans::Accept(const std::string& name, int rival_pose,
         next.clear_state_message();
         *next.mutable_pose() =
             rival_pose == 0 ? registration.pose() : registration.rival_poses(rival_pose - 1).pose();
+        if (rival_pose > 0) next.clear_pose_reference();  // it was beside others there
+        CarryAlong(state, context_.origin(), next);
         next.set_pose_source(v1::POSE_SOURCE_ACCEPTED);
         *next.mutable_update_time() = conversion::WriteTime(journal_.Now());
         return draft;
@@ -139,6 +153,8 @@ absl::StatusOr<v1::Scan> Scans::SetPose(const std::string& name, const v1::PoseP
         next = scan;
         *next.mutable_prior() = prior;
         next.clear_state_message();
+        next.clear_adjustment();
+        next.clear_pose_reference();
         if (as_is) {
           next.set_state(v1::SCAN_STATE_MERGING);
           *next.mutable_pose() = prior.pose();

@@ -7,6 +7,7 @@
 #include "absl/strings/match.h"
 #include "google/protobuf/util/field_mask_util.h"
 #include "server/contract/error.h"
+#include "server/contract/out_of_memory.h"
 #include "server/contract/resource_names.h"
 #include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
@@ -20,14 +21,17 @@ Session::Session(const std::string& id, std::unique_ptr<Journal> log,
                  const SessionDependencies& dependencies)
     : SessionContext(id, std::move(log), accounts, dependencies),
       snapshots_(*this, std::move(snapshots)),
-      model_(*this, snapshots_, std::move(empty), begin,
-             [this](const std::string& scan, parallel::Parallel& parallel) {
-               reconciler_.Reconcile(scan, parallel);
-             }),
+      model_(
+          *this, snapshots_, std::move(empty), begin,
+          [this](const std::string& scan, parallel::Parallel& parallel) {
+            reconciler_.Reconcile(scan, parallel);
+          },
+          [this](parallel::Parallel& parallel) { adjuster_.AdjustWhenDue(parallel); }),
       claims_(*this, model_),
       stations_(*this, model_),
       preparation_(*this, model_),
-      reconciler_(*this, model_, claims_, stations_, preparation_),
+      adjuster_(*this, model_, preparation_),
+      reconciler_(*this, model_, claims_, stations_, preparation_, adjuster_),
       scans_(*this, reconciler_),
       uploads_(*this, reconciler_),
       plans_(*this, model_, claims_, preparation_),
@@ -208,6 +212,28 @@ absl::StatusOr<v1::GetCoverageResponse> Session::MeasureCoverage() {
   return session::MeasureCoverage(*this, model_, plans_);
 }
 
+void Session::DescribePoseGraph(
+    std::function<void(absl::StatusOr<v1::GetPoseGraphResponse>)> done) {
+  if (!model_.BeginEvaluation()) {
+    return done(contract::Retryable(absl::StatusCode::kResourceExhausted, "TOO_MANY_EVALUATIONS",
+                                    "as much of this session is being evaluated as may be",
+                                    absl::Seconds(1)));
+  }
+  RunInteractive([this, done = std::move(done)](parallel::Parallel&) {
+    absl::StatusOr<v1::PoseGraph> graph = absl::InternalError("");
+    const absl::Status room = contract::UnlessOutOfMemory([&] {
+      graph = adjuster_.Describe();
+      return absl::OkStatus();
+    });
+    model_.EndEvaluation();
+    if (!room.ok()) return done(room);
+    if (!graph.ok()) return done(graph.status());
+    v1::GetPoseGraphResponse response;
+    *response.mutable_graph() = *std::move(graph);
+    done(std::move(response));
+  });
+}
+
 void Session::PostEvict() {
   if (!model_.loaded() || dependencies().limits.snapshots_per_session == 0) return;
   preparation_.Stop();
@@ -234,6 +260,7 @@ bool Session::Rests() const {
 void Session::GiveUp() {
   Halt();
   reconciler_.GiveUp();
+  adjuster_.GiveUp();
   model_.GiveUp();
 }
 

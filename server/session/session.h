@@ -7,6 +7,7 @@
 #ifndef VANTAGE_SERVER_SESSION_SESSION_H_
 #define VANTAGE_SERVER_SESSION_SESSION_H_
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -21,6 +22,7 @@
 #include "server/session/journal.h"
 #include "server/session/model_memory.h"
 #include "server/session/plans.h"
+#include "server/session/pose_adjuster.h"
 #include "server/session/preparation.h"
 #include "server/session/rejections.h"
 #include "server/session/scan_reconciler.h"
@@ -77,6 +79,9 @@ class Session final : public SessionContext {
   const Preparation& preparation() const { return preparation_; }
 
   absl::StatusOr<v1::GetCoverageResponse> MeasureCoverage();
+  // Calls `done` with what ties the scans in the model to each other, or with why that cannot be
+  // told.
+  void DescribePoseGraph(std::function<void(absl::StatusOr<v1::GetPoseGraphResponse>)> done);
 
   // Evicts the model soon, after a snapshot, if it is not in use. It is loaded again when it is
   // needed.
@@ -111,6 +116,7 @@ class Session final : public SessionContext {
   Claims claims_;
   Stations stations_;
   Preparation preparation_;
+  PoseAdjuster adjuster_;
   ScanReconciler reconciler_;
   Scans scans_;
   Uploads uploads_;

@@ -187,6 +187,7 @@ absl::Status SessionState::Apply(const storage::v1::LogEntry& entry) {
         if (!record.in_model) record.entered = model_version;
         record.in_model = true;
         DropPreview(record);
+        status = SetLinks(event, resource);
         const auto scanner = scanners.find(scan.scanner());
         if (scanner != scanners.end() && !IsLate(*this, scan)) {
           *scanner->second.mutable_last_pose() = scan.pose();
@@ -208,7 +209,11 @@ absl::Status SessionState::Apply(const storage::v1::LogEntry& entry) {
         scans[resource].removed = entry.event().sequence();
         DropPreview(scans[resource]);
         model_version = event.scan_removed().model_version();
+        status = SetLinks(event, resource);
       }
+      break;
+    case v1::SessionEvent::kPosesAdjusted:
+      status = AdjustPoses(event);
       break;
     case v1::SessionEvent::kPlanCreated: {
       const v1::Plan& plan = event.plan_created().plan();
@@ -350,6 +355,40 @@ absl::Status SessionState::Apply(const storage::v1::LogEntry& entry) {
   last_sequence = event.sequence();
   last_seen = std::max(last_seen, ReadSeen(entry));
   last_resource = resource;
+  return absl::OkStatus();
+}
+
+absl::Status SessionState::SetLinks(const v1::SessionEvent& event, const std::string& scan) {
+  const size_t gone = std::erase_if(links, [&](const auto& link) {
+    return link.first.first == scan || link.first.second == scan;
+  });
+  for (const v1::ScanLink& link : event.scan_merged().links()) {
+    const bool first = link.first_scan() == scan;
+    const std::string& other = first ? link.second_scan() : link.first_scan();
+    if (!first && link.second_scan() != scan) return Misfit(event, "a link of other scans");
+    if (!scans.contains(other) || !(link.first_scan() < link.second_scan())) {
+      return Misfit(event, absl::StrCat("a link to ", other));
+    }
+    links[{link.first_scan(), link.second_scan()}] = link;
+  }
+  poses_due = poses_due || gone > 0 || event.scan_merged().links_size() > 0;
+  return absl::OkStatus();
+}
+
+absl::Status SessionState::AdjustPoses(const v1::SessionEvent& event) {
+  for (const v1::AdjustedPose& adjusted : event.poses_adjusted().poses()) {
+    const auto it = scans.find(adjusted.scan());
+    if (it == scans.end()) return Misfit(event, absl::StrCat("unknown scan ", adjusted.scan()));
+    const auto adjust = [&](v1::Scan& scan) {
+      *scan.mutable_pose() = adjusted.pose();
+      scan.clear_adjustment();
+      if (adjusted.has_adjustment()) *scan.mutable_adjustment() = adjusted.adjustment();
+    };
+    adjust(it->second.scan);
+    if (!it->second.preview_blob.empty()) adjust(it->second.preview);
+  }
+  model_version = event.poses_adjusted().model_version();
+  poses_due = false;
   return absl::OkStatus();
 }
 

@@ -18,6 +18,7 @@
 #include "vantage/v1/event.pb.h"
 #include "vantage/v1/fleet.pb.h"
 #include "vantage/v1/plan.pb.h"
+#include "vantage/v1/pose_graph.pb.h"
 #include "vantage/v1/scan.pb.h"
 #include "vantage/v1/session.pb.h"
 #include "vantage/v1/upload.pb.h"
@@ -88,6 +89,10 @@ struct SessionState {
   absl::Duration last_seen;   // when the last entry was written, by the time seen
   std::string last_resource;  // name of the resource that the last entry made or changed
   uint64_t model_version = 0;
+  // What ties scans in the model to each other, by the names of both, the lesser first.
+  std::map<std::pair<std::string, std::string>, v1::ScanLink> links;
+  // Links came or went since poses were adjusted last: they may have to be adjusted.
+  bool poses_due = false;
   uint64_t upload_count = 0;     // ever created
   uint64_t rejection_count = 0;  // ever made
   uint64_t station_count = 0;    // ever created
@@ -122,6 +127,9 @@ struct SessionState {
  private:
   // The upload that a scan came in is committed.
   void EndWithScan(const v1::Scan& scan);
+  // A scan came into the model with these links, or left it.
+  absl::Status SetLinks(const v1::SessionEvent& event, const std::string& scan);
+  absl::Status AdjustPoses(const v1::SessionEvent& event);
 };
 
 // The index in an order of creation of the first resource after `name` (empty: the first of all).

@@ -99,6 +99,8 @@ v1::Scan Replaced(const v1::Scan& preview, v1::Scan received) {
   received.set_pose_source(preview.pose_source());
   if (preview.has_registration()) *received.mutable_registration() = preview.registration();
   if (preview.has_levelling()) *received.mutable_levelling() = preview.levelling();
+  if (preview.has_adjustment()) *received.mutable_adjustment() = preview.adjustment();
+  if (preview.has_pose_reference()) *received.mutable_pose_reference() = preview.pose_reference();
   if (preview.has_merge()) *received.mutable_merge() = preview.merge();
   return received;
 }

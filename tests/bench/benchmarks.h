@@ -21,6 +21,8 @@ using Benchmark = void(const BenchOptions& options, parallel::Parallel& parallel
 Benchmark BenchPrepare;     // prepare.*
 Benchmark BenchVerdict;     // verdict.*
 Benchmark BenchChange;      // change.*
+// loop.*: chains of scans that close, adjusted together; `full`: five sites of each kind.
+Benchmark BenchLoop;
 Benchmark BenchPrediction;  // predict.kept.*, predict.missed.*
 Benchmark BenchAdvice;      // advice.*
 Benchmark BenchCycle;       // cycle.*

@@ -28,21 +28,6 @@ constexpr double kNearestSecond = 0.5;      // m from the first scan
 constexpr double kFarthestSecond = 4.5;
 constexpr double kHiddenShare = 0.2;  // of second places need not be seen from the first
 
-class Normal {
- public:
-  explicit Normal(uint64_t seed) : seed_(seed) {}
-  double operator()() { return simulation::RandomNormal(seed_, next_++, 0); }
-  Vector3d Three() {
-    const double x = (*this)();
-    const double y = (*this)();
-    return {x, y, (*this)()};
-  }
-
- private:
-  uint64_t seed_;
-  uint64_t next_ = 0;
-};
-
 Eigen::Isometry3d Upright(const Vector3d& position, double heading, double tilt_sigma,
                           Normal& normal) {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
@@ -88,8 +73,7 @@ class Site {
     sensor::Scan scan;
     scan.scanner = scanner_;
     scan.image = tracer_.Scan(scanner_, pose, simulation::ScanFaults{}, seed, serial);
-    SharedError(settings_.correlation_length, simulation::MixBits(seed))
-        .AddTo(scan.image, pose, settings_.shared_sigma);
+    AddSharedError(pose, settings_.shared_sigma, settings_.correlation_length, seed, scan.image);
     return scan;
   }
 

@@ -3,19 +3,15 @@
 #include <cmath>
 
 #include "core/sensor/scanner_model.h"
-#include "core/simulation/random_sequence.h"
 
 namespace vantage::bench {
 
 SharedError::SharedError(double correlation_length, uint64_t seed) {
-  uint64_t next = 0;
-  const auto normal = [&] { return simulation::RandomNormal(seed, next++, 0); };
+  Normal normal(seed);
   simulation::RandomSequence random(simulation::MixBits(seed) + 1);
   const double scale = correlation_length / std::sqrt(2 * sensor::kPi);
   for (Wave& wave : waves_) {
-    const double x = normal();
-    const double y = normal();
-    wave.vector = (Eigen::Vector3d(x, y, normal()) / scale).cast<float>();
+    wave.vector = (normal.Three() / scale).cast<float>();
     wave.phase = static_cast<float>(random.Between(0, 2 * sensor::kPi));
   }
 }
@@ -26,14 +22,15 @@ double SharedError::At(const Eigen::Vector3f& point) const {
   return std::sqrt(2.0 / kWaves) * sum;
 }
 
-void SharedError::AddTo(sensor::RangeImage& image, const Eigen::Isometry3d& pose,
-                        double sigma) const {
+void AddSharedError(const Eigen::Isometry3d& pose, double sigma, double correlation_length,
+                    uint64_t seed, sensor::RangeImage& image) {
+  const SharedError shared(correlation_length, simulation::MixBits(seed));
   for (int column = 0; column < image.columns(); ++column) {
     for (int row = 0; row < image.rows(); ++row) {
       float& range = image.range[image.Index(column, row)];
       if (!sensor::RangeImage::IsRange(range)) continue;
       const Eigen::Vector3d point = pose * Eigen::Vector3d(range * image.Direction(column, row));
-      range += static_cast<float>(sigma * At(point.cast<float>()));
+      range += static_cast<float>(sigma * shared.At(point.cast<float>()));
     }
   }
 }

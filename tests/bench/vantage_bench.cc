@@ -80,6 +80,9 @@ constexpr auto kGroups = std::to_array<Group>({
      "views that were refused, and whether their scans register with the targets that are advised; "
      "--full: in four times the scenes",
      3, BenchAdvice},
+    {"loop", "loop.",
+     "chains of scans that close, adjusted together; --full: five sites of each kind", 5,
+     BenchLoop},
     {"prepare", "prepare.", "steps A to C after the tenth scan, beside from nothing", 2,
      BenchPrepare},
     {"cycle", "cycle.", "from a scan to checked views", 1, BenchCycle},

@@ -216,6 +216,7 @@ class Job {
     }
     const session::ModelSnapshot model = session.model().Current();
     if (model.view == nullptr) return Lost("there is no model");
+    if (!scans.back().has_adjustment()) return Lost("the last scan is where it was registered");
     for (const model::BrickAt& at : model.view->bricks()) {
       for (int i = 0; i < 3; ++i) absl::StrAppend(&ending.model, at.brick[i], " ");
       for (const model::VoxelState state : at.contents->state) {
@@ -245,6 +246,13 @@ absl::StatusOr<JobEnding> RunScriptedJob(const std::string& folder, const Told& 
   absl::StatusOr<std::unique_ptr<store::DiskStore>> store = store::DiskStore::Open(folder);
   if (!store.ok()) return store.status();
   fixture::Script script;
+  // Poses are adjusted when the second scan comes, when the first one goes, and when the third one
+  // comes.
+  const auto apart = [](double x, double y) {
+    return Eigen::Isometry3d(Eigen::Translation3d(x, y, 0));
+  };
+  script.TieScans({{{"sessions/job/scans/scan-1", "sessions/job/scans/scan-2"}, apart(1.03, 1)},
+                   {{"sessions/job/scans/scan-2", "sessions/job/scans/scan-3"}, apart(-2, -0.54)}});
   session::Algorithms algorithms = script.Make();
   algorithms.make_plan = session::Algorithms::Core().make_plan;
   fixture::SessionHost around(**store, std::move(algorithms));

@@ -6,7 +6,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/prelude.sh"
 declare -A packages=(
   # What core needs by itself: -DVANTAGE_SERVICE=OFF.
   [core]="g++ cmake ninja-build ccache
-    libabsl-dev libeigen3-dev liboctomap-dev libembree-dev libtbb-dev libboost-dev
+    libabsl-dev libeigen3-dev libceres-dev liboctomap-dev libembree-dev libtbb-dev libboost-dev
     libssl-dev libzstd-dev liblzf-dev libpugixml-dev libcli11-dev pkg-config libgtest-dev libgmock-dev libbenchmark-dev
     libpcl-common1.13 libpcl-kdtree1.13 libpcl-search1.13 libpcl-octree1.13
     libpcl-sample-consensus1.13 libpcl-features1.13 libpcl-filters1.13 libpcl-segmentation1.13

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cstring>
 #include <utility>
 #include <vector>
 
@@ -14,16 +13,11 @@
 #include "core/model/merge/local_plane.h"
 #include "core/model/merge/merge_region.h"
 #include "core/model/merge/open_sky.h"
-#include "core/model/merge/publish_brick.h"
-#include "core/model/merge/unite.h"
+#include "core/model/merge/publish_region.h"
 
 namespace vantage::model {
 
 namespace {
-
-bool SameBits(const Brick& a, const Brick& b) {
-  return a.state == b.state && a.dropouts == b.dropouts && a.surface == b.surface;
-}
 
 // Bit 2 * axis stands for the face of a brick on the lower side of the axis, the next one for the
 // upper side.
@@ -277,51 +271,12 @@ MergeResult MergeAround(const ScanLayer& touched, LayerChange change,
     octree.SetUnknown(BrickOf(page), bricks, all_empty);
   }
   MergeRegion region(keys, layers, octree, all_empty);
-  const size_t recomputed = region.recomputed();
+  std::vector<ModelLeaf> contents = PublishRegion(region, layers, voxel_size, all_empty, parallel);
+  std::vector<uint8_t> same(contents.size());
+  parallel.For(contents.size(),
+               [&](size_t i) { same[i] = SameContents(contents[i], region.before(i)) ? 1 : 0; });
 
-  // Each stage reads what the one before wrote, in the bricks around too, so each is a loop of its
-  // own.
-  parallel.For(region.with_points(), [&](size_t i) {
-    MergedBrick& brick = region.merged(i);
-    if (brick.united == nullptr) {
-      brick.united = Unite(region.brick(i), region.InLayers(i), layers);
-    }
-  });
-  parallel.For(region.with_planes(), [&](size_t i) {
-    MergedBrick& brick = region.merged(i);
-    if (brick.united == nullptr || brick.united->sums.empty()) return;
-    brick.fitted =
-        FitPlanes(region.brick(i), region.UnitedAround(i), region.InLayers(i), layers, voxel_size);
-  });
-  parallel.For(region.with_planes(), [&](size_t i) {
-    if (region.merged(i).fitted.empty()) return;
-    region.merged(i).plane = SnapToFlatNeighbours(region.Around(i), voxel_size);
-  });
-  parallel.For(region.with_planes(), [&](size_t i) {
-    MergedBrick& brick = region.merged(i);
-    if (brick.plane.empty()) return;
-    std::vector<LocalPlane>().swap(brick.fitted);  // no longer needed
-    brick.dominated = FindDominated(region.brick(i), region.Around(i), voxel_size);
-  });
-  parallel.For(region.with_planes(), [&](size_t i) {
-    MergedBrick& brick = region.merged(i);
-    if (brick.plane.empty()) return;
-    brick.absorbed = ChooseAbsorbers(region.brick(i), region.Around(i), voxel_size);
-    size_t rank = 0;
-    brick.united->surface.ForEach([&](int local) {
-      if (brick.absorbed[rank++] >= 0) brick.given_away.Set(local);
-    });
-  });
-  std::vector<ModelLeaf> contents(recomputed);
-  std::vector<uint8_t> same(recomputed);
-  parallel.For(recomputed, [&](size_t i) {
-    contents[i] = PublishBrick(region, i, voxel_size, all_empty);
-    const ModelLeaf& before = region.before(i);
-    same[i] = contents[i] == before ||
-              (contents[i] != nullptr && before != nullptr && SameBits(*contents[i], *before));
-  });
-
-  for (size_t i = 0; i < recomputed; ++i) {
+  for (size_t i = 0; i < contents.size(); ++i) {
     if (same[i] != 0) continue;
     octree.Set(region.brick(i), contents[i]);
     result.changed.push_back({region.brick(i), std::move(contents[i])});

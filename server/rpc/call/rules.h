@@ -61,6 +61,7 @@ inline constexpr RpcRule kRpcRules[] = {
     {"FleetService", "ListStations", auth::Role::kRead, false},
     {"FleetService", "DeleteStation", auth::Role::kSubmit, true},
     {"ModelService", "GetCoverage", auth::Role::kRead, false},
+    {"ModelService", "GetPoseGraph", auth::Role::kRead, false},
     {"ModelService", "ExportModel", auth::Role::kRead, false, true},
 };
 

@@ -76,6 +76,9 @@ void EvaluateView(const session::TenantSessions& sessions, const v1::EvaluateVie
 // The model.
 absl::StatusOr<v1::GetCoverageResponse> GetCoverage(const session::TenantSessions& sessions,
                                                     const v1::GetCoverageRequest& request);
+// Answers on the planning pool; `done` is called exactly once.
+void GetPoseGraph(const session::TenantSessions& sessions, const v1::GetPoseGraphRequest& request,
+                  std::function<void(absl::StatusOr<v1::GetPoseGraphResponse>)> done);
 
 // The fleet.
 absl::StatusOr<v1::CreateScannerResponse> CreateScanner(const session::TenantSessions& sessions,

@@ -1,4 +1,4 @@
-// GetCoverage and ExportModel.
+// GetCoverage, GetPoseGraph and ExportModel.
 #include <gtest/gtest.h>
 #include <octomap/OcTree.h>
 
@@ -48,6 +48,55 @@ class ModelRpc : public testing::Test {
     return status;
   }
 };
+
+// The second scan is tied to the first, 1 m from it along x and 1 m along y.
+class PoseGraphRpc : public testing::Test {
+ protected:
+  static session::Algorithms Tied(fixture::Script& script) {
+    script.TieScans({{{"sessions/room/scans/scan-1", "sessions/room/scans/scan-2"},
+                      Eigen::Isometry3d(Eigen::Translation3d(1, 1, 0))}});
+    return script.Make();
+  }
+  grpc::Status Get(const std::string& session, v1::PoseGraph& graph) {
+    grpc::ClientContext context;
+    v1::GetPoseGraphRequest request;
+    request.set_name(session);
+    v1::GetPoseGraphResponse response;
+    grpc::Status status = server_.models->GetPoseGraph(&context, request, &response);
+    graph = response.graph();
+    return status;
+  }
+
+  fixture::Script script_;
+  fixture::InProcess server_{Tied(script_)};
+};
+
+TEST_F(PoseGraphRpc, SaysWhatTiesScansOnceThereAreAny) {
+  v1::PoseGraph graph;
+  EXPECT_EQ(Get("sessions/none", graph).error_code(), grpc::StatusCode::NOT_FOUND);
+  ASSERT_TRUE(Get(server_.OpenSession("empty"), graph).ok());
+  EXPECT_TRUE(graph.scans().empty());
+
+  const std::string room = server_.OpenRoom("room");
+  v1::PosePrior prior;
+  prior.mutable_pose()->mutable_rotation()->set_w(1);
+  prior.mutable_pose()->mutable_translation()->set_x(1);
+  prior.mutable_pose()->mutable_translation()->set_y(1);
+  const v1::Upload second = server_.Send(room, fixture::EncodedRoom({3, 2.5, 1.4}), &prior);
+  server_.WaitFor(room, second.scan(), v1::SCAN_STATE_MERGED);
+  ASSERT_TRUE(Get(room, graph).ok());
+  ASSERT_EQ(graph.scans_size(), 2);
+  EXPECT_TRUE(graph.scans(0).held());
+  EXPECT_FALSE(graph.scans(1).held());
+  EXPECT_NEAR(graph.scans(1).position_sigma_m(), fixture::Script::kTieSigma, 1e-4);
+  ASSERT_EQ(graph.links_size(), 1);
+  EXPECT_EQ(graph.links(0).second_scan(), second.scan());
+  EXPECT_TRUE(graph.links(0).information().empty());
+  ASSERT_EQ(graph.weak_links_size(), 1);
+  EXPECT_TRUE(graph.weak_links(0).bridge());
+  EXPECT_EQ(graph.weak_links(0).hanging_scan_count(), 1);
+  EXPECT_EQ(graph.worst_scan(), second.scan());
+}
 
 TEST_F(ModelRpc, CoverageIsZeroWithoutAModelAndMeasuredWithOne) {
   for (const bool with_model : {false, true}) {

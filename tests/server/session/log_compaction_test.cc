@@ -49,8 +49,13 @@ std::string Whole(const SessionState& state) {
   for (const auto& [name, record] : state.scans) {
     absl::StrAppend(&out, "\n", name, record.scan.SerializeAsString(), record.blob, record.in_model,
                     absl::FormatDuration(record.withdrawn), record.received_bytes,
-                    record.last_pieces.SerializeAsString());
+                    record.last_pieces.SerializeAsString(), record.preview.SerializeAsString(),
+                    record.preview_blob);
   }
+  for (const auto& [ends, link] : state.links) {
+    absl::StrAppend(&out, "\n", ends.first, ends.second, link.SerializeAsString());
+  }
+  absl::StrAppend(&out, "\n", state.poses_due);
   for (const std::string& name : state.scan_order) absl::StrAppend(&out, "\n", name);
   for (const auto& [name, upload] : state.uploads) {
     absl::StrAppend(&out, "\n", name, upload.SerializeAsString());
@@ -334,6 +339,55 @@ TEST_F(LogCompactionTest, ADeletedPlanAndWhatAScannerWasBeforeGo) {
   EXPECT_EQ(Whole(*journal_), before);
 }
 
+// Poses that were adjusted go with a later entry that says again where all of their scans are.
+TEST_F(LogCompactionTest, PosesThatWereAdjustedAgainGo) {
+  using Span = std::pair<uint64_t, uint64_t>;
+  const auto receive = [&](uint64_t number) {
+    v1::SessionEvent event;
+    event.mutable_scan_received()->mutable_scan()->set_name(Named("scan", number));
+    event.mutable_scan_received()->mutable_scan()->set_upload(Named("upload", number));
+    Do(event);
+    v1::SessionEvent merged;
+    *merged.mutable_scan_merged()->mutable_scan() = event.scan_received().scan();
+    for (uint64_t before = 1; before < number; ++before) {
+      v1::ScanLink& link = *merged.mutable_scan_merged()->add_links();
+      link.set_first_scan(Named("scan", before));
+      link.set_second_scan(Named("scan", number));
+    }
+    Do(merged);
+  };
+  const auto adjust = [&](const std::vector<uint64_t>& scans, double x) {
+    v1::SessionEvent event;
+    for (const uint64_t number : scans) {
+      v1::AdjustedPose& pose = *event.mutable_poses_adjusted()->add_poses();
+      pose.set_scan(Named("scan", number));
+      pose.mutable_pose()->mutable_translation()->set_x(x);
+      pose.mutable_adjustment()->set_position_sigma_m(x);
+    }
+    Do(event);
+  };
+  for (uint64_t number = 1; number <= 3; ++number) receive(number);  // 2 to 7
+  adjust({1, 2, 3}, 1);                                              // 8: goes with 10
+  adjust({1, 2}, 2);                                                 // 9: scan 2 is there still
+  adjust({1, 3}, 3);                                                 // 10
+  v1::SessionEvent removed;
+  removed.mutable_scan_removed()->mutable_scan()->set_name(Named("scan", 2));
+  Do(removed);        // 11
+  adjust({1, 3}, 4);  // 12: with this go 9 and 10
+  DoOthers();
+  const std::string before = Whole(*journal_);
+  journal_->Read([&](const SessionState& state) {
+    EXPECT_EQ(state.links.size(), 1U);
+    EXPECT_FALSE(state.poses_due);
+    EXPECT_EQ(state.scans.at(Named("scan", 3)).scan.pose().translation().x(), 4);
+  });
+  ASSERT_TRUE(journal_->Compact().ok());
+  EXPECT_THAT(LeftOut(), ElementsAre(Span(8, 10)));
+  EXPECT_EQ(Whole(*journal_), before);
+  Reopen();
+  EXPECT_EQ(Whole(*journal_), before);
+}
+
 // Steps at random, by name of what there is.
 class RandomSteps {
  public:
@@ -341,7 +395,7 @@ class RandomSteps {
 
   v1::SessionEvent Next(absl::Time now) {
     v1::SessionEvent event;
-    switch (Pick(16)) {
+    switch (Pick(18)) {
       case 0:
       case 1: {
         const std::string name = Named("upload", ++uploads_);
@@ -367,7 +421,28 @@ class RandomSteps {
       case 4:
         if (scans_.empty() || Pick(4) != 0) break;
         *event.mutable_scan_merged()->mutable_scan() = scans_[Pick(scans_.size())];
+        Link(*event.mutable_scan_merged());
         return event;
+      case 16: {
+        if (scans_.empty() || Pick(4) != 0) break;
+        v1::ScanRemovedEvent& removed = *event.mutable_scan_removed();
+        *removed.mutable_scan() = scans_[Pick(scans_.size())];
+        removed.set_model_version(++model_version_);
+        return event;
+      }
+      case 17: {
+        if (scans_.empty()) break;
+        // A few of the last, so that some are adjusted again and some are not.
+        const size_t first = scans_.size() - std::min<size_t>(scans_.size(), 1 + Pick(4));
+        for (size_t i = first; i < scans_.size(); ++i) {
+          v1::AdjustedPose& pose = *event.mutable_poses_adjusted()->add_poses();
+          pose.set_scan(scans_[i].name());
+          *pose.mutable_pose()->mutable_translation() = Place();
+          if (Pick(2) == 0) pose.mutable_adjustment()->set_position_sigma_m(Pick(100));
+        }
+        event.mutable_poses_adjusted()->set_model_version(++model_version_);
+        return event;
+      }
       case 5: {
         v1::Rejection& rejection = *event.mutable_view_rejected()->mutable_rejection();
         rejection.set_name(Named("rejection", ++rejections_));
@@ -463,6 +538,16 @@ class RandomSteps {
     from.erase(it);
     return name;
   }
+  // To some of those before it.
+  void Link(v1::ScanMergedEvent& merged) {
+    for (const v1::Scan& scan : scans_) {
+      if (!(scan.name() < merged.scan().name()) || Pick(3) != 0) continue;
+      v1::ScanLink& link = *merged.add_links();
+      link.set_first_scan(scan.name());
+      link.set_second_scan(merged.scan().name());
+      link.set_overlap_share(Pick(100));
+    }
+  }
   std::string Scanner() { return Named("scanner", 1 + Pick(2)); }
   v1::Claim& Held() {
     auto it = held_.begin();
@@ -482,6 +567,7 @@ class RandomSteps {
   uint64_t station_count_ = 0;
   uint64_t plan_count_ = 0;
   uint64_t requests_ = 0;
+  uint64_t model_version_ = 0;
   std::set<std::string> open_;
   std::set<std::string> stations_;
   std::set<std::string> running_;

@@ -1,0 +1,162 @@
+#include "core/registration/graph/adjust.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/registration/graph/chi_square.h"
+#include "core/registration/graph/graph_normals.h"
+#include "core/registration/graph/residuals.h"
+#include "core/registration/graph/solved_graph.h"
+
+namespace vantage::registration {
+namespace {
+
+// Of a residual's own variance, that other links have to leave unexplained for them to check it.
+constexpr double kLeastRedundancy = 0.01;
+// Steps of the grid of canonical poses in a metre, and in a unit of a quaternion's ratio: about
+// 1 um, and half a microradian, 5 um at ten metres. Both are powers of two, so that numbers on the
+// grid are exact.
+constexpr double kGridOfMetre = 1048576;  // 2^20
+constexpr double kGridOfRatio = 4194304;  // 2^22
+// Numbers of a quaternion that differ by less are as large as each other.
+constexpr double kEqual = 1e-9;
+
+// The covariance of a term's residual that the adjusted poses have, in sigmas squared.
+Eigen::MatrixXd CovarianceOf(const Residual& residual, const sensor::Matrix6d& aa,
+                             const sensor::Matrix6d& ab, const sensor::Matrix6d& bb) {
+  const Eigen::MatrixXd cross = residual.by_a * ab * residual.by_b.transpose();
+  return residual.by_a * aa * residual.by_a.transpose() +
+         residual.by_b * bb * residual.by_b.transpose() + cross + cross.transpose();
+}
+
+// Fills in the test of a link that was used: its residual against what is left of its variance.
+void TestUsed(const ResidualVector& value, const Eigen::MatrixXd& explained, LinkFit& fit,
+              const PoseTerm& term) {
+  sensor::Matrix6d left = -explained;
+  for (int k = 0; k < 6; ++k) {
+    if (term.w.row(k).squaredNorm() > 0) left(k, k) += 1;
+  }
+  const Eigen::SelfAdjointEigenSolver<sensor::Matrix6d> solver(0.5 * (left + left.transpose()));
+  for (int k = 0; k < 6; ++k) {
+    const double variance = solver.eigenvalues()[k];
+    if (variance < kLeastRedundancy) continue;
+    const double along = solver.eigenvectors().col(k).dot(value);
+    fit.test += along * along / variance;
+    ++fit.test_degrees;
+  }
+}
+
+void TestUnused(const ResidualVector& value, const Eigen::MatrixXd& predicted, LinkFit& fit) {
+  const sensor::Matrix6d covariance = sensor::Matrix6d::Identity() + predicted;
+  fit.test = value.dot(covariance.ldlt().solve(value));
+  fit.test_degrees = fit.degrees;
+}
+
+double WorstSigma(const sensor::Matrix6d& covariance) {
+  const Eigen::Matrix3d position = covariance.bottomRightCorner<3, 3>();
+  return std::sqrt(
+      std::max(0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(position, Eigen::EigenvaluesOnly)
+                        .eigenvalues()[2]));
+}
+
+// Covariances of scans and the tests of links, at the adjusted poses.
+void Judge(const PoseGraph& graph, const SolvedGraph& solved, Adjustment& adjustment) {
+  const size_t nodes = graph.nodes().size();
+  const size_t links = graph.links().size();
+  const auto [own, between] = CovariancesOf(graph, solved.Normals());
+  std::vector<bool> used(links, false);
+  for (const size_t l : solved.datum.link_of) used[l] = true;
+  for (size_t l = 0; l < links; ++l) {
+    LinkFit& fit = adjustment.links[l];
+    const size_t a = graph.NodeA(l);
+    const size_t b = graph.NodeB(l);
+    const PoseTerm term = TermOf(graph.links()[l], a, b);
+    const Residual residual = ResidualOf(term, solved.poses);
+    fit.chi2 = residual.value.squaredNorm();
+    fit.degrees = RankOf(term);
+    const Eigen::MatrixXd covariance = CovarianceOf(residual, own[a], between[l], own[b]);
+    if (used[l]) {
+      TestUsed(residual.value, covariance, fit, term);
+    } else if (adjustment.scans[a].component == adjustment.scans[b].component) {
+      TestUnused(residual.value, covariance, fit);
+    }
+  }
+  std::vector<double> worst(nodes, 0);
+  for (size_t l = 0; l < links; ++l) {
+    LinkFit& fit = adjustment.links[l];
+    if (fit.test_degrees == 0) continue;
+    const double most = ChiSquareQuantile(fit.test_degrees, kNormal999);
+    fit.suspect = fit.test > most * solved.variance_factor;
+    if (!used[l]) continue;
+    for (const size_t node : {graph.NodeA(l), graph.NodeB(l)}) {
+      if (!(fit.test / most > worst[node])) continue;
+      worst[node] = fit.test / most;
+      adjustment.scans[node].worst_link = l;
+    }
+  }
+  for (size_t i = 0; i < nodes; ++i) {
+    adjustment.scans[i].covariance = solved.variance_factor * own[i];
+    adjustment.scans[i].position_sigma = WorstSigma(adjustment.scans[i].covariance);
+  }
+}
+
+}  // namespace
+
+Eigen::Isometry3d CanonicalPose(const Eigen::Isometry3d& pose) {
+  const Eigen::Quaterniond turn(pose.linear());
+  const Eigen::Vector4d q(turn.w(), turn.x(), turn.y(), turn.z());
+  const double most = q.cwiseAbs().maxCoeff();
+  int base = 0;
+  while (std::abs(q[base]) < (1 - kEqual) * most) ++base;
+  // Ratios to the largest number, which is positive: at most 1 each.
+  Eigen::Vector4d ratios = q / q[base];
+  for (int i = 0; i < 4; ++i) ratios[i] = std::round(ratios[i] * kGridOfRatio) / kGridOfRatio;
+  // Of several that are as large on the grid the first is the base, and positive.
+  for (int i = 0; i < 4; ++i) {
+    if (std::abs(ratios[i]) < 1) continue;
+    ratios *= ratios[i];
+    break;
+  }
+  Eigen::Isometry3d canonical = Eigen::Isometry3d::Identity();
+  const double length = ratios.norm();
+  canonical.linear() = Eigen::Quaterniond(ratios[0] / length, ratios[1] / length,
+                                          ratios[2] / length, ratios[3] / length)
+                           .toRotationMatrix();
+  for (int i = 0; i < 3; ++i) {
+    // Adding zero makes that of -0.
+    canonical.translation()[i] =
+        std::round(pose.translation()[i] * kGridOfMetre) / kGridOfMetre + 0.0;
+  }
+  return canonical;
+}
+
+absl::StatusOr<Adjustment> Adjust(const PoseGraph& graph) {
+  absl::StatusOr<SolvedGraph> solved = SolveGraph(graph);
+  if (!solved.ok()) return solved.status();
+  Adjustment adjustment;
+  adjustment.chi2 = solved->chi2;
+  adjustment.degrees_of_freedom = solved->degrees_of_freedom;
+  adjustment.variance_factor = solved->variance_factor;
+  adjustment.iterations = solved->iterations;
+  adjustment.links.resize(graph.links().size());
+  const std::vector<ScanNode>& nodes = graph.nodes();
+  const std::vector<size_t> component = graph.Components();
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    AdjustedScan scan;
+    scan.id = nodes[i].id;
+    scan.held = solved->datum.held[i];
+    scan.T_world_scan = scan.held ? nodes[i].T_world_scan : CanonicalPose(solved->poses[i]);
+    const sensor::Vector6d change = PoseDifference(nodes[i].T_world_scan, scan.T_world_scan);
+    scan.turned = change.head<3>().norm();
+    scan.moved = change.tail<3>().norm();
+    scan.component = component[i];
+    adjustment.scans.push_back(std::move(scan));
+  }
+  Judge(graph, *solved, adjustment);
+  return adjustment;
+}
+
+}  // namespace vantage::registration

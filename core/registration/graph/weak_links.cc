@@ -1,0 +1,286 @@
+#include "core/registration/graph/weak_links.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_format.h"
+#include "core/registration/graph/solved_graph.h"
+
+namespace vantage::registration {
+namespace {
+
+// Ties that are worked out, of those that look best at the worst scan alone.
+constexpr size_t kWorkedOut = 40;
+// Of the worst sigma: what lowers it by less is no advice.
+constexpr double kWorthwhile = 0.1;
+
+double PositionSigma(const sensor::Matrix6d& covariance) {
+  const Eigen::Matrix3d position = covariance.bottomRightCorner<3, 3>();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(position, Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, solver.eigenvalues()[2]));
+}
+
+// Of a link's error, from the covariances of its ends, without weights: in a's frame.
+struct Relative {
+  ResidualJacobian by_a;
+  ResidualJacobian by_b;
+};
+Relative RelativeOf(size_t a, size_t b, const std::vector<Eigen::Isometry3d>& poses) {
+  PoseTerm term;
+  term.a = a;
+  term.b = b;
+  term.measured = poses[a].inverse(Eigen::Isometry) * poses[b];
+  term.w.setIdentity();
+  const Residual residual = ResidualOf(term, poses);
+  return {residual.by_a, residual.by_b};
+}
+
+// How many scans each link alone ties to the rest: of bridges, by a walk that numbers scans in the
+// order in which it meets them (Tarjan).
+class Bridges {
+ public:
+  explicit Bridges(const PoseGraph& graph, const SolvedGraph& solved)
+      : nodes_(graph.nodes().size()),
+        beside_(nodes_),
+        number_(nodes_, 0),
+        low_(nodes_, 0),
+        size_(nodes_, 1),
+        hangs_(solved.datum.links.size(), 0) {
+    for (size_t k = 0; k < solved.datum.links.size(); ++k) {
+      beside_[solved.datum.links[k].a].push_back(k);
+      beside_[solved.datum.links[k].b].push_back(k);
+    }
+    for (size_t i = 0; i < nodes_; ++i) {
+      if (number_[i] == 0) Walk(i, solved);
+    }
+  }
+  // By link of the solved graph: the scans beyond it, as counted from where the walk began; 0 of
+  // those that are no bridges.
+  const std::vector<size_t>& beyond() const { return hangs_; }
+
+ private:
+  struct Place {
+    size_t node = 0;
+    size_t by = 0;  // link
+    size_t next = 0;
+    bool root = false;
+  };
+  // With a stack of its own: chains of scans are long.
+  void Walk(size_t root, const SolvedGraph& solved) {
+    std::vector<Place> stack = {{root, 0, 0, true}};
+    number_[root] = low_[root] = ++count_;
+    while (!stack.empty()) {
+      Place& at = stack.back();
+      if (at.next < beside_[at.node].size()) {
+        const size_t link = beside_[at.node][at.next++];
+        if (!at.root && link == at.by) continue;
+        const PoseTerm& term = solved.datum.links[link];
+        const size_t to = term.a == at.node ? term.b : term.a;
+        if (number_[to] == 0) {
+          number_[to] = low_[to] = ++count_;
+          stack.push_back({to, link, 0, false});
+        } else {
+          low_[at.node] = std::min(low_[at.node], number_[to]);
+        }
+        continue;
+      }
+      const Place done = at;
+      stack.pop_back();
+      if (done.root) break;
+      const size_t parent = stack.back().node;
+      low_[parent] = std::min(low_[parent], low_[done.node]);
+      size_[parent] += size_[done.node];
+      if (low_[done.node] > number_[parent]) hangs_[done.by] = size_[done.node];
+    }
+  }
+
+  size_t nodes_;
+  std::vector<std::vector<size_t>> beside_;
+  std::vector<size_t> number_;  // from 1; 0: not met yet
+  std::vector<size_t> low_;
+  std::vector<size_t> size_;
+  std::vector<size_t> hangs_;
+  size_t count_ = 0;
+};
+
+// Information that a tie is expected to have: the median of the graph's links between surfaces, in
+// each scan's own axes as far as they are known, of shifts and of turns.
+sensor::Matrix6d ExpectedInformation(const PoseGraph& graph) {
+  std::vector<double> turns;
+  std::vector<double> shifts;
+  for (const ScanLink& link : graph.links()) {
+    if (link.in_doubt) continue;
+    turns.push_back(link.information.topLeftCorner<3, 3>().trace() / 3);
+    shifts.push_back(link.information.bottomRightCorner<3, 3>().trace() / 3);
+  }
+  const auto median = [](std::vector<double>& values) {
+    if (values.empty()) return 0.0;
+    std::sort(values.begin(), values.end());
+    return values[values.size() / 2];
+  };
+  sensor::Matrix6d information = sensor::Matrix6d::Zero();
+  information.diagonal() << Eigen::Vector3d::Constant(median(turns)),
+      Eigen::Vector3d::Constant(median(shifts));
+  return information;
+}
+
+// Covariances of two scans, and of a third with them (rows are its own).
+struct TieBlocks {
+  sensor::Matrix6d aa;
+  sensor::Matrix6d ab;
+  sensor::Matrix6d bb;
+  sensor::Matrix6d scan_a;
+  sensor::Matrix6d scan_b;
+};
+
+sensor::Matrix6d RelativeCovariance(const Relative& relative, const sensor::Matrix6d& aa,
+                                    const sensor::Matrix6d& ab, const sensor::Matrix6d& bb) {
+  const sensor::Matrix6d cross = relative.by_a * ab * relative.by_b.transpose();
+  return relative.by_a * aa * relative.by_a.transpose() +
+         relative.by_b * bb * relative.by_b.transpose() + cross + cross.transpose();
+}
+
+// The covariance of a scan with a tie, of covariance `noise`, between a and b.
+sensor::Matrix6d CovarianceWith(const Relative& relative, const TieBlocks& blocks,
+                                const sensor::Matrix6d& noise, const sensor::Matrix6d& own) {
+  const sensor::Matrix6d spread =
+      noise + RelativeCovariance(relative, blocks.aa, blocks.ab, blocks.bb);
+  const sensor::Matrix6d with =
+      blocks.scan_a * relative.by_a.transpose() + blocks.scan_b * relative.by_b.transpose();
+  return own - with * spread.ldlt().solve(with.transpose());
+}
+
+std::vector<WeakLink> Weakest(const PoseGraph& graph, const SolvedGraph& solved,
+                              const PoseCovariances& covariances) {
+  const std::vector<size_t> component = graph.Components();
+  std::vector<size_t> in_component(graph.nodes().size(), 0);
+  for (const size_t c : component) ++in_component[c];
+  const Bridges bridges(graph, solved);
+  std::vector<WeakLink> weak;
+  for (size_t k = 0; k < solved.datum.links.size(); ++k) {
+    const PoseTerm& link = solved.datum.links[k];
+    WeakLink found;
+    found.link = solved.datum.link_of[k];
+    const size_t beyond = bridges.beyond()[k];
+    found.bridge = beyond > 0;
+    if (found.bridge) found.hangs_on = std::min(beyond, in_component[component[link.a]] - beyond);
+    found.relative_sigma = PositionSigma(
+        solved.variance_factor *
+        RelativeCovariance(RelativeOf(link.a, link.b, solved.poses), covariances.own[link.a],
+                           covariances.between[found.link], covariances.own[link.b]));
+    weak.push_back(found);
+  }
+  std::stable_sort(weak.begin(), weak.end(), [](const WeakLink& l, const WeakLink& r) {
+    return l.relative_sigma > r.relative_sigma;
+  });
+  if (weak.size() > kMostWeakLinks) weak.resize(kMostWeakLinks);
+  return weak;
+}
+
+// Ties within a component that are not there yet, the best for `scan` first.
+std::vector<TieAdvice> PossibleTies(const PoseGraph& graph, const SolvedGraph& solved,
+                                    const GraphNormals& normals, const PoseCovariances& covariances,
+                                    const sensor::Matrix6d& noise, size_t scan, double farthest) {
+  const size_t nodes = graph.nodes().size();
+  const std::vector<size_t> component = graph.Components();
+  std::set<std::pair<size_t, size_t>> linked;
+  for (size_t l = 0; l < graph.links().size(); ++l) {
+    if (!graph.links()[l].in_doubt) linked.insert({graph.NodeA(l), graph.NodeB(l)});
+  }
+  const std::vector<sensor::Matrix6d> of_scan = normals.Column(scan);
+  std::vector<TieAdvice> ties;
+  for (size_t a = 0; a < nodes; ++a) {
+    if (component[a] != component[scan]) continue;
+    std::vector<sensor::Matrix6d> of_a;  // when it is needed
+    for (size_t b = a + 1; b < nodes; ++b) {
+      const double distance =
+          (solved.poses[a].translation() - solved.poses[b].translation()).norm();
+      if (distance > farthest || component[b] != component[scan] || linked.contains({a, b})) {
+        continue;
+      }
+      if (of_a.empty()) of_a = normals.Column(a);
+      const TieBlocks blocks{covariances.own[a], of_a[b].transpose(), covariances.own[b],
+                             of_scan[a].transpose(), of_scan[b].transpose()};
+      TieAdvice tie;
+      tie.a = a;
+      tie.b = b;
+      tie.distance = distance;
+      tie.worst_after = PositionSigma(
+          CovarianceWith(RelativeOf(a, b, solved.poses), blocks, noise, covariances.own[scan]));
+      ties.push_back(tie);
+    }
+  }
+  return ties;
+}
+
+bool BetterTie(const TieAdvice& l, const TieAdvice& r) { return l.worst_after < r.worst_after; }
+
+}  // namespace
+
+absl::StatusOr<WeakLinks> FindWeakLinks(const PoseGraph& graph, const Adjustment& adjustment,
+                                        double farthest) {
+  if (!(farthest > 0) || !std::isfinite(farthest)) {
+    return absl::InvalidArgumentError("how far scans overlap has to be positive and finite");
+  }
+  const size_t nodes = graph.nodes().size();
+  bool same = adjustment.scans.size() == nodes && adjustment.links.size() == graph.links().size();
+  for (size_t i = 0; same && i < nodes; ++i) same = adjustment.scans[i].id == graph.nodes()[i].id;
+  if (!same) return absl::InvalidArgumentError("the adjustment is of another graph");
+  WeakLinks result;
+  if (nodes == 0) return result;
+  const absl::StatusOr<SolvedGraph> solved = SolveGraph(graph);
+  if (!solved.ok()) return solved.status();
+  const GraphNormals normals = solved->Normals();
+  const PoseCovariances covariances = CovariancesOf(graph, normals);
+  result.links = Weakest(graph, *solved, covariances);
+  for (size_t i = 0; i < nodes; ++i) {
+    const double sigma = std::sqrt(solved->variance_factor) * PositionSigma(covariances.own[i]);
+    if (sigma > result.worst_sigma) {
+      result.worst_sigma = sigma;
+      result.worst_scan = i;
+    }
+  }
+  const sensor::Matrix6d information = ExpectedInformation(graph);
+  if (!(information.diagonal().minCoeff() > 0) || !(result.worst_sigma > 0)) return result;
+  // Covariances here are without the variance factor, and so is the tie's.
+  const sensor::Matrix6d noise = information.inverse();
+  std::vector<TieAdvice> ties =
+      PossibleTies(graph, *solved, normals, covariances, noise, result.worst_scan, farthest);
+  std::stable_sort(ties.begin(), ties.end(), BetterTie);
+  if (ties.size() > kWorkedOut) ties.resize(kWorkedOut);
+  for (TieAdvice& tie : ties) {
+    const Relative relative = RelativeOf(tie.a, tie.b, solved->poses);
+    const std::vector<sensor::Matrix6d> of_a = normals.Column(tie.a);
+    const std::vector<sensor::Matrix6d> of_b = normals.Column(tie.b);
+    double worst = 0;
+    for (size_t i = 0; i < nodes; ++i) {
+      const TieBlocks blocks{covariances.own[tie.a], of_b[tie.a], covariances.own[tie.b], of_a[i],
+                             of_b[i]};
+      worst = std::max(worst,
+                       PositionSigma(CovarianceWith(relative, blocks, noise, covariances.own[i])));
+    }
+    tie.worst_before = result.worst_sigma;
+    tie.worst_after = std::sqrt(solved->variance_factor) * worst;
+  }
+  std::erase_if(ties, [](const TieAdvice& tie) {
+    return tie.worst_after > (1 - kWorthwhile) * tie.worst_before;
+  });
+  std::stable_sort(ties.begin(), ties.end(), BetterTie);
+  if (ties.size() > kMostAdvice) ties.resize(kMostAdvice);
+  for (TieAdvice& tie : ties) {
+    tie.words = absl::StrFormat(
+        "tie scan %s to scan %s, %.1f m apart: the worst scan (%s) is known to %.1f mm (one "
+        "sigma), and none would be to more than %.1f mm",
+        graph.nodes()[tie.a].id, graph.nodes()[tie.b].id, tie.distance,
+        graph.nodes()[result.worst_scan].id, 1000 * tie.worst_before, 1000 * tie.worst_after);
+  }
+  result.advice = std::move(ties);
+  return result;
+}
+
+}  // namespace vantage::registration
