@@ -42,7 +42,8 @@ Algorithms Algorithms::Core() {
           fleet::MakeJointPlan,
           fleet::MeasureCover,
           fleet::ForecastStation,
-          planning::MakePlanChoosingSetting};
+          planning::MakePlanChoosingSetting,
+          registration::ComparePoses};
 }
 
 }  // namespace vantage::session

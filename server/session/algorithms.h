@@ -25,6 +25,7 @@
 #include "core/registration/align/targets.h"
 #include "core/registration/bound/registration_result.h"
 #include "core/registration/levelling.h"
+#include "core/registration/pose_comparison.h"
 #include "core/sensor/scan.h"
 
 namespace vantage::session {
@@ -81,6 +82,11 @@ struct Algorithms {
       const planning::PlanningConfig&, const parallel::Budget&, parallel::Parallel&,
       planning::PlanProgress)>
       make_plan_choosing_setting;
+  std::function<absl::StatusOr<registration::PoseComparison>(
+      const model::PlanningView&, const sensor::Scan&, std::span<const Eigen::Isometry3d> poses,
+      const registration::RegistrationConfig&, const registration::ComparisonSize&,
+      parallel::Parallel&)>
+      compare_poses;
 
   // The core's algorithms.
   static Algorithms Core();
