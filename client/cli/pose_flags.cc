@@ -134,6 +134,7 @@ absl::StatusOr<std::optional<sensor::PosePrior>> PriorFrom(
   if (!prior && stated) {
     prior.emplace();
     prior->T_world_scan = *stated;
+    prior->from_file_header = true;
   }
   if (!prior) {
     if (flags.levelled || !flags.sigma.empty() || flags.trusted || flags.vendor_registered) {

@@ -113,6 +113,11 @@ absl::StatusOr<v1::GetPlanResponse> Client::Call(v1::GetPlanRequest request) {
 absl::StatusOr<v1::ListPlansResponse> Client::Call(v1::ListPlansRequest request) {
   return CallUnary(*wire_->plans, &v1::PlanService::Stub::ListPlans, *wire_, std::move(request));
 }
+absl::StatusOr<v1::CompareScanPosesResponse> Client::Call(v1::CompareScanPosesRequest request) {
+  return CallUnary(*wire_->scans, &v1::ScanService::Stub::CompareScanPoses, *wire_,
+                   std::move(request));
+}
+
 absl::StatusOr<v1::EvaluateViewResponse> Client::Call(v1::EvaluateViewRequest request) {
   return CallUnary(*wire_->plans, &v1::PlanService::Stub::EvaluateView, *wire_, std::move(request));
 }

@@ -67,6 +67,7 @@ class Client {
   absl::StatusOr<v1::GetPlanResponse> Call(v1::GetPlanRequest request);
   absl::StatusOr<v1::ListPlansResponse> Call(v1::ListPlansRequest request);
   absl::StatusOr<v1::EvaluateViewResponse> Call(v1::EvaluateViewRequest request);
+  absl::StatusOr<v1::CompareScanPosesResponse> Call(v1::CompareScanPosesRequest request);
   absl::StatusOr<v1::RejectViewResponse> Call(v1::RejectViewRequest request);
   absl::StatusOr<v1::ListRejectionsResponse> Call(v1::ListRejectionsRequest request);
   absl::StatusOr<v1::DeleteRejectionResponse> Call(v1::DeleteRejectionRequest request);

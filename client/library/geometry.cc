@@ -34,6 +34,7 @@ v1::PosePrior ToProto(const sensor::PosePrior& prior) {
   }
   if (prior.levelled_sigma) out.set_levelled_sigma_rad(*prior.levelled_sigma);
   out.set_trusted(prior.trusted);
+  if (prior.from_file_header) out.set_source(v1::POSE_PRIOR_SOURCE_FILE_HEADER);
   return out;
 }
 

@@ -27,6 +27,7 @@ class MapPanel {
   Eigen::Vector2d min() const { return corner_; }
   Eigen::Vector2d max() const { return corner_ + bounds_.sizes() * scale_; }
   double scale() const { return scale_; }
+  const Eigen::AlignedBox2d& bounds() const { return bounds_; }
 
   void Title(const std::string& text);
   // Lines at every metre, figures at round ones, the axes' names.

@@ -24,6 +24,10 @@ struct PosePrior {
 
   // A vendor's or control network's registration: checked against the model, never replaced.
   bool trusted = false;
+
+  // It is what the header of the scan's file states, which nobody has looked at. Only words depend
+  // on it.
+  bool from_file_header = false;
 };
 
 }  // namespace vantage::sensor

@@ -200,6 +200,18 @@ absl::Status CheckRequest(const v1::AcceptScanRequest& request) {
   return violations.ToStatus();
 }
 
+absl::Status CheckRequest(const v1::CompareScanPosesRequest& request) {
+  contract::Violations violations;
+  const auto check = [&](int count, int most, absl::string_view field) {
+    if (count == 0 || (count >= 100 && count <= most)) return;
+    violations.Add(std::string(field),
+                   absl::StrCat("is ", count, ", must be 0 or in [100, ", most, "]"));
+  };
+  check(request.max_sample_count(), 20'000, "max_sample_count");
+  check(request.max_surface_count(), 40'000, "max_surface_count");
+  return violations.ToStatus();
+}
+
 absl::Status CheckRequest(const v1::SetScanPoseRequest& request) {
   contract::Violations violations;
   CheckRequestId(request.request_id(), violations);

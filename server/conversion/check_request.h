@@ -29,6 +29,7 @@ absl::Status CheckRequest(const v1::ListUploadsRequest& request);
 absl::Status CheckRequest(const v1::AbortUploadRequest& request);
 absl::Status CheckRequest(const v1::ListScansRequest& request);
 absl::Status CheckRequest(const v1::AcceptScanRequest& request);
+absl::Status CheckRequest(const v1::CompareScanPosesRequest& request);
 absl::Status CheckRequest(const v1::SetScanPoseRequest& request);
 absl::Status CheckRequest(const v1::WithdrawScanRequest& request);
 

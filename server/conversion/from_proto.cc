@@ -526,6 +526,7 @@ sensor::PosePrior ReadPosePrior(const v1::PosePrior& prior, const Eigen::Vector3
     CheckRange(prior.levelled_sigma_rad(), 1e-7, 0.2, field + ".levelled_sigma_rad", violations);
     out.levelled_sigma = prior.levelled_sigma_rad();
   }
+  out.from_file_header = prior.source() == v1::POSE_PRIOR_SOURCE_FILE_HEADER;
   out.trusted = prior.trusted();
   if (out.trusted && numbers.empty()) {
     violations.Add(field + ".covariance", "is required for a trusted pose");

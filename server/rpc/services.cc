@@ -68,6 +68,7 @@ class ScanServiceImpl final : public v1::ScanService::CallbackService {
   VANTAGE_UNARY(GetScan)
   VANTAGE_UNARY(ListScans)
   VANTAGE_UNARY(AcceptScan)
+  VANTAGE_UNARY(CompareScanPoses)
   VANTAGE_UNARY(SetScanPose)
   VANTAGE_UNARY(WithdrawScan)
   grpc::ServerBidiReactor<v1::UploadScanRequest, v1::UploadScanResponse>* UploadScan(

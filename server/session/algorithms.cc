@@ -43,6 +43,7 @@ Algorithms Algorithms::Core() {
           fleet::MeasureCover,
           fleet::ForecastStation,
           planning::MakePlanChoosingSetting,
+          registration::ComparePoses,
           registration::LinkScans,
           registration::Adjust};
 }

@@ -28,6 +28,7 @@
 #include "core/registration/graph/link.h"
 #include "core/registration/graph/pose_graph.h"
 #include "core/registration/levelling.h"
+#include "core/registration/pose_comparison.h"
 #include "core/sensor/scan.h"
 
 namespace vantage::session {
@@ -84,6 +85,11 @@ struct Algorithms {
       const planning::PlanningConfig&, const parallel::Budget&, parallel::Parallel&,
       planning::PlanProgress)>
       make_plan_choosing_setting;
+  std::function<absl::StatusOr<registration::PoseComparison>(
+      const model::PlanningView&, const sensor::Scan&, std::span<const Eigen::Isometry3d> poses,
+      const registration::RegistrationConfig&, const registration::ComparisonSize&,
+      parallel::Parallel&)>
+      compare_poses;
 
   // Empty: scans are tied to nothing, and stay where they were registered.
   std::function<registration::LinkOutcome(

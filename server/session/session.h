@@ -23,6 +23,7 @@
 #include "server/session/model_memory.h"
 #include "server/session/plans.h"
 #include "server/session/pose_adjuster.h"
+#include "server/session/pose_comparisons.h"
 #include "server/session/preparation.h"
 #include "server/session/rejections.h"
 #include "server/session/scan_reconciler.h"
@@ -70,6 +71,7 @@ class Session final : public SessionContext {
 
   Uploads& uploads() { return uploads_; }
   Scans& scans() { return scans_; }
+  PoseComparisons& pose_comparisons() { return pose_comparisons_; }
   Plans& plans() { return plans_; }
   Claims& claims() { return claims_; }
   Stations& stations() { return stations_; }
@@ -119,6 +121,7 @@ class Session final : public SessionContext {
   PoseAdjuster adjuster_;
   ScanReconciler reconciler_;
   Scans scans_;
+  PoseComparisons pose_comparisons_;
   Uploads uploads_;
   Plans plans_;
   Scanners scanners_;

@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -24,6 +25,12 @@ std::vector<SampleAgreement> CompareSamples(const model::PlanningView& model,
                                             std::span<const SurfaceSample> samples,
                                             const Eigen::Isometry3d& T_world_scan,
                                             parallel::Parallel& parallel);
+
+// The normal (unit, world) of the first true surface that a ray from `origin` has gone through well
+// before it reaches `point` (both m, world); nothing where it has not gone through any.
+std::optional<Eigen::Vector3f> SurfacePassed(const model::PlanningView& model,
+                                             const Eigen::Vector3d& origin,
+                                             const Eigen::Vector3d& point);
 
 // How a pose agrees with it.
 struct SpaceAgreement {

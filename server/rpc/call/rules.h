@@ -34,6 +34,7 @@ inline constexpr RpcRule kRpcRules[] = {
     {"ScanService", "GetScan", auth::Role::kRead, false},
     {"ScanService", "ListScans", auth::Role::kRead, false},
     {"ScanService", "AcceptScan", auth::Role::kSubmit, true},
+    {"ScanService", "CompareScanPoses", auth::Role::kRead, false},
     {"ScanService", "SetScanPose", auth::Role::kSubmit, true},
     {"ScanService", "WithdrawScan", auth::Role::kSubmit, true},
     {"PlanService", "CreatePlan", auth::Role::kPlan, true},

@@ -47,6 +47,10 @@ absl::StatusOr<v1::ListScansResponse> ListScans(const session::TenantSessions& s
                                                 const v1::ListScansRequest& request);
 absl::StatusOr<v1::AcceptScanResponse> AcceptScan(const session::TenantSessions& sessions,
                                                   const v1::AcceptScanRequest& request);
+// Answers on the planning pool; `done` is called exactly once.
+void CompareScanPoses(const session::TenantSessions& sessions,
+                      const v1::CompareScanPosesRequest& request,
+                      std::function<void(absl::StatusOr<v1::CompareScanPosesResponse>)> done);
 absl::StatusOr<v1::SetScanPoseResponse> SetScanPose(const session::TenantSessions& sessions,
                                                     const v1::SetScanPoseRequest& request);
 absl::StatusOr<v1::WithdrawScanResponse> WithdrawScan(const session::TenantSessions& sessions,

@@ -112,6 +112,12 @@ TEST(CheckRequest, ARejectionAndAClaimHaveAPlaceAndATime) {
   v1::RenewClaimRequest renew;
   renew.mutable_ttl()->set_seconds(86401);
   EXPECT_THAT(Wrong(CheckRequest(renew)), UnorderedElementsAre("ttl"));
+  v1::CompareScanPosesRequest compare;
+  EXPECT_TRUE(CheckRequest(compare).ok());
+  compare.set_max_sample_count(99);
+  compare.set_max_surface_count(40'001);
+  EXPECT_THAT(Wrong(CheckRequest(compare)),
+              UnorderedElementsAre("max_sample_count", "max_surface_count"));
   v1::EvaluateViewRequest evaluate;
   EXPECT_THAT(Wrong(CheckRequest(evaluate)), UnorderedElementsAre("position"));
 }

@@ -372,6 +372,63 @@ TEST_F(ScanRpc, AnotherPoseThatFitsAsWellMayBeAccepted) {
   EXPECT_EQ(merged.pose().translation().x(), rival.pose().translation().x());
 }
 
+TEST_F(ScanRpc, PosesAreComparedUntilTheScanIsWithdrawn) {
+  const std::string session = server_.OpenRoom("job");
+  const v1::Scan doubtful = SendInDoubt(session);
+  v1::CompareScanPosesRequest request;
+  request.set_name(doubtful.name());
+  request.set_max_sample_count(200);
+  request.set_max_surface_count(300);
+  const auto compare = [&](v1::CompareScanPosesResponse& response) {
+    grpc::ClientContext context;
+    return server_.scans->CompareScanPoses(&context, request, &response);
+  };
+  v1::CompareScanPosesResponse response;
+  const grpc::Status compared = compare(response);
+  ASSERT_TRUE(compared.ok()) << compared.error_message();
+  const v1::PoseComparison& comparison = response.comparison();
+  EXPECT_EQ(comparison.model_version(), 1U);
+  EXPECT_FALSE(comparison.in_model());
+  // The prior is the aligned pose.
+  ASSERT_EQ(comparison.poses_size(), 2);
+  EXPECT_EQ(comparison.poses(0).kind(), v1::COMPARED_POSE_KIND_ALIGNED);
+  EXPECT_EQ(comparison.poses(1).kind(), v1::COMPARED_POSE_KIND_RIVAL);
+  EXPECT_EQ(comparison.poses(1).rival_pose(), 1);
+  EXPECT_EQ(comparison.poses(1).pose().SerializeAsString(),
+            doubtful.registration().rival_poses(0).pose().SerializeAsString());
+  const int samples = comparison.sample_points_size() / 3;
+  const int pieces = comparison.surface_points_size() / 3;
+  EXPECT_EQ(samples, 200);
+  EXPECT_GT(pieces, 50);
+  EXPECT_LE(pieces, 300);
+  for (const v1::ComparedPose& pose : comparison.poses()) {
+    EXPECT_EQ(pose.agreements_size(), samples);
+    EXPECT_EQ(pose.residuals_m_size(), samples);
+    EXPECT_EQ(pose.sights_size(), pieces);
+  }
+  EXPECT_GT(comparison.poses(0).overlap_share(), comparison.poses(1).overlap_share());
+  EXPECT_LT(comparison.poses(0).contradiction_share(), 0.02);
+  EXPECT_GT(comparison.poses(1).contradiction_share(), 0.1);
+  ASSERT_GT(comparison.poses(1).disagreements_size(), 0);
+
+  request.set_max_sample_count(7);
+  EXPECT_EQ(compare(response).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  request.clear_max_sample_count();
+  v1::CompareScanPosesRequest nobody = request;
+  request.set_name(session + "/scans/nobody");
+  EXPECT_EQ(compare(response).error_code(), grpc::StatusCode::NOT_FOUND);
+  request = nobody;
+
+  grpc::ClientContext context;
+  v1::WithdrawScanRequest withdraw;
+  withdraw.set_name(doubtful.name());
+  v1::WithdrawScanResponse withdrawn;
+  ASSERT_TRUE(server_.scans->WithdrawScan(&context, withdraw, &withdrawn).ok());
+  const grpc::Status refused = compare(response);
+  EXPECT_EQ(refused.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_EQ(fixture::InfoOf(refused).reason(), "SCAN_STATE");
+}
+
 TEST_F(ScanRpc, APoseMaySetAndAScanBeWithdrawn) {
   const std::string session = server_.OpenRoom("job");
   const v1::PosePrior prior = fixture::PriorAt(0.3, 0.2, 0);

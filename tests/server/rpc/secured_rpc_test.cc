@@ -291,7 +291,7 @@ TEST(Rules, ReadersChangeNothing) {
     const std::string name(rule.method);
     const bool looks = name.rfind("Get", 0) == 0 || name.rfind("List", 0) == 0 ||
                        name.rfind("Watch", 0) == 0 || name.rfind("Export", 0) == 0 ||
-                       name.rfind("Evaluate", 0) == 0;
+                       name.rfind("Evaluate", 0) == 0 || name.rfind("Compare", 0) == 0;
     EXPECT_EQ(rule.mutates, !looks) << name;
     EXPECT_FALSE(rule.needs == auth::Role::kRead && rule.mutates) << name;
   }
@@ -333,12 +333,13 @@ TEST(Authorizer, EachMethodNeedsItsRole) {
 // Sets whatever names a resource, in the request or in what it holds; false when nothing does.
 bool Name(Message& request, const std::string& session) {
   const std::map<std::string, std::string> children = {
-      {"GetUploadRequest", "/uploads/upload-1"},   {"UploadScanRequest", "/uploads/upload-1"},
-      {"UploadPieceRequest", "/uploads/upload-1"}, {"GetScanRequest", "/scans/scan-1"},
-      {"AcceptScanRequest", "/scans/scan-1"},      {"SetScanPoseRequest", "/scans/scan-1"},
-      {"WithdrawScanRequest", "/scans/scan-1"},    {"WatchPlanRequest", "/plans/plan-1"},
-      {"CancelPlanRequest", "/plans/plan-1"},      {"GetPlanRequest", "/plans/plan-1"},
-      {"ReleaseClaimRequest", "/claims/claim-1"},  {"RenewClaimRequest", "/claims/claim-1"},
+      {"GetUploadRequest", "/uploads/upload-1"},    {"UploadScanRequest", "/uploads/upload-1"},
+      {"UploadPieceRequest", "/uploads/upload-1"},  {"GetScanRequest", "/scans/scan-1"},
+      {"AcceptScanRequest", "/scans/scan-1"},       {"SetScanPoseRequest", "/scans/scan-1"},
+      {"CompareScanPosesRequest", "/scans/scan-1"}, {"WithdrawScanRequest", "/scans/scan-1"},
+      {"WatchPlanRequest", "/plans/plan-1"},        {"CancelPlanRequest", "/plans/plan-1"},
+      {"GetPlanRequest", "/plans/plan-1"},          {"ReleaseClaimRequest", "/claims/claim-1"},
+      {"RenewClaimRequest", "/claims/claim-1"},
   };
   const std::string& type = request.GetDescriptor()->name();
   const auto child = children.find(type);
