@@ -30,10 +30,10 @@ constexpr double kCloser = 1.0 / 3;
 constexpr double kCloseEnough = 0.05;
 // An alternative set is no rival when it has at most this share of the links' pairs, or when what
 // is certain makes it less likely by this factor of 1,000 (chi-square of one, 99.9 %).
-constexpr double kRivalShare = 0.5;
+constexpr double kRivalSupport = 0.5;
 constexpr double kDecided = 10.83;
 // Of links' directions without information: 100 m and 1 rad, one sigma.
-constexpr double kVagueShift = 100;
+constexpr double kLooseShift = 100;
 constexpr double kVagueRotation = 1;
 
 using Pair = std::pair<size_t, size_t>;
@@ -121,7 +121,7 @@ class DoubtfulLinks {
     doubt.T_a_b = link.T_a_b;
     sensor::Vector6d vague;
     vague << Eigen::Vector3d::Constant(1 / (kVagueRotation * kVagueRotation)),
-        Eigen::Vector3d::Constant(1 / (kVagueShift * kVagueShift));
+        Eigen::Vector3d::Constant(1 / (kLooseShift * kVagueShift));
     sensor::Matrix6d information = link.information;
     information.diagonal() += vague;
     const sensor::Vector6d scale = information.diagonal().cwiseSqrt().cwiseInverse();
@@ -320,7 +320,7 @@ bool HasRivalSet(size_t i, const std::vector<size_t>& set, const std::vector<siz
     }
   }
   if (static_cast<double>(PairsOf(rival, doubts)) <=
-      kRivalShare * static_cast<double>(PairsOf(contradicted, doubts))) {
+      kRivalSupport * static_cast<double>(PairsOf(contradicted, doubts))) {
     return false;
   }
   return MedianChainChi2(rival, doubts) - MedianChainChi2(contradicted, doubts) < kDecided;
@@ -340,7 +340,8 @@ bool HasRivalOfPair(size_t i, const std::vector<size_t>& candidates, const Relat
   const double own = support(i);
   return std::any_of(candidates.begin(), candidates.end(), [&](size_t j) {
     if (i == j || doubts[i].pair() != doubts[j].pair() || relations.consistent[i][j]) return false;
-    return support(j) > kRivalShare * own && doubts[j].chain_chi2 - doubts[i].chain_chi2 < kDecided;
+    return support(j) > kRivalSupport * own &&
+           doubts[j].chain_chi2 - doubts[i].chain_chi2 < kDecided;
   });
 }
 

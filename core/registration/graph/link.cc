@@ -36,7 +36,7 @@ constexpr double kAlike = 0.94;
 constexpr double kGateFactor = 0.6;
 constexpr double kLeastGate = 0.02;
 constexpr int kStepsOfGate = 2;
-constexpr int kLastSteps = 12;
+constexpr int kLinkSteps = 12;
 constexpr double kTukeySigmas = 4.685;
 constexpr double kMedianToDeviation = 1.4826;
 // m, that the median residual counts as at least (as qualify.cc has it).
@@ -208,7 +208,7 @@ class PatchAligner {
     PatchAlignment alignment;
     alignment.T_a_b = from;
     double gate = 2 * kLeastGate;
-    for (int step = 0; step < kLastSteps; ++step) {
+    for (int step = 0; step < kLinkSteps; ++step) {
       alignment.matches = MatchPatches(grid, many, alignment.T_a_b, gate, kAlike, normal_sigma_);
       if (alignment.matches.size() < kFewestPatches) return alignment;
       gate = std::clamp(kTukeySigmas * kMedianToDeviation * MedianResidual(alignment.matches),
