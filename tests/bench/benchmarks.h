@@ -18,9 +18,9 @@ struct BenchOptions {
 
 using Benchmark = void(const BenchOptions& options, parallel::Parallel& parallel, Figures& figures);
 
-Benchmark BenchPrepare;     // prepare.*
-Benchmark BenchVerdict;     // verdict.*
-Benchmark BenchChange;      // change.*
+Benchmark BenchPrepare;  // prepare.*
+Benchmark BenchVerdict;  // verdict.*
+Benchmark BenchChange;   // change.*
 // loop.*: chains of scans that close, adjusted together; `full`: five sites of each kind.
 Benchmark BenchLoop;
 Benchmark BenchPrediction;  // predict.kept.*, predict.missed.*

@@ -292,7 +292,7 @@ void SimulatedSites(const char* name, LoopScene (*make)(uint64_t), uint64_t firs
 void BenchLoop(const BenchOptions& options, parallel::Parallel& parallel, Figures& figures) {
   if (figures.Wants("loop.seconds")) TimeOfAdjustment(figures);
   if (figures.Wants("loop.rms.drawn") || figures.Wants("loop.bounds95.drawn")) {
-    DrawnGraphs(options.full ? 100 : 20, figures);
+    DrawnGraphs(options.full ? 400 : 100, figures);
   }
   const uint64_t first = SceneSeeds(options.use).front();
   const uint64_t sites = options.full ? 5 : 1;

@@ -162,6 +162,7 @@ std::vector<ScanLink> LinksOf(const GraphScene& scene, const LinkNoise& noise, u
     ScanLink link;
     link.a = ScanName(a);
     link.b = ScanName(b);
+    link.origin = noise.origin;
     link.T_a_b = scene.truth[a].inverse(Eigen::Isometry) * scene.truth[b];
     if (noise.drawn) {
       const Eigen::LLT<Matrix6d> root(covariance);

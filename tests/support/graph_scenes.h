@@ -38,6 +38,8 @@ struct LinkNoise {
   double position_sigma = 0.001;
   double turn_sigma = 0.0002;
   bool drawn = true;  // false: links are exact
+  // Noise is independent, as that of stated links is taken to be.
+  registration::LinkOrigin origin = registration::LinkOrigin::kStated;
 };
 // The first scan is fixed, links are as their covariances have it. Scans stand where the chain of
 // links from one to the next has them.

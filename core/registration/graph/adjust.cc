@@ -16,6 +16,8 @@ namespace {
 
 // Of a residual's own variance, that other links have to leave unexplained for them to check it.
 constexpr double kLeastRedundancy = 0.01;
+// Of a scan's information in any direction, what is the least.
+constexpr double kLeastKnown = 1e-9;
 // Steps of the grid of canonical poses in a metre, and in a unit of a quaternion's ratio: about
 // 1 um, and half a microradian, 5 um at ten metres. Both are powers of two, so that numbers on the
 // grid are exact.
@@ -62,11 +64,65 @@ double WorstSigma(const sensor::Matrix6d& covariance) {
                         .eigenvalues()[2]));
 }
 
+// The error that all links of a scan between surfaces share, since its own measurements are in each
+// of them: half of a link's covariance, of a link as good as the mean of them. About world axes.
+sensor::Matrix6d OwnError(const PoseGraph& graph, const SolvedGraph& solved, size_t node) {
+  sensor::Matrix6d information = sensor::Matrix6d::Zero();
+  int count = 0;
+  for (size_t k = 0; k < solved.datum.links.size(); ++k) {
+    const PoseTerm& link = solved.datum.links[k];
+    if ((link.a != node && link.b != node) ||
+        graph.links()[solved.datum.link_of[k]].origin != LinkOrigin::kSurfaces) {
+      continue;
+    }
+    const Residual residual = ResidualOf(link, solved.poses);
+    const ResidualJacobian& by = link.a == node ? residual.by_a : residual.by_b;
+    information += by.transpose() * by;
+    ++count;
+  }
+  if (count == 0) return sensor::Matrix6d::Zero();
+  // Vague where the links say nothing: what the adjustment says of that is larger.
+  sensor::Vector6d scale = information.diagonal().cwiseSqrt();
+  for (int i = 0; i < 6; ++i) scale[i] = scale[i] > 0 ? 1 / scale[i] : 1;
+  sensor::Matrix6d unit = scale.asDiagonal() * information * scale.asDiagonal();
+  unit.diagonal().array() += kLeastKnown;
+  const sensor::Matrix6d inverse = unit.ldlt().solve(sensor::Matrix6d::Identity());
+  const sensor::Matrix6d covariance = scale.asDiagonal() * inverse * scale.asDiagonal();
+  return 0.25 * count * (covariance + covariance.transpose());
+}
+
+// Adds the scans' own errors to covariances that take links to be independent: that of each scan,
+// and that of the one scan that holds its component, if it is only one.
+void AddOwnErrors(const PoseGraph& graph, const SolvedGraph& solved,
+                  std::vector<sensor::Matrix6d>& own) {
+  const std::vector<size_t> component = graph.Components();
+  std::vector<size_t> held_by(own.size(), 0);
+  std::vector<size_t> holders(own.size(), 0);  // by component
+  for (size_t i = 0; i < own.size(); ++i) {
+    if (!solved.datum.held[i]) continue;
+    ++holders[component[i]];
+    held_by[component[i]] = i;
+  }
+  std::vector<sensor::Matrix6d> errors(own.size());
+  for (size_t i = 0; i < own.size(); ++i) errors[i] = OwnError(graph, solved, i);
+  for (size_t i = 0; i < own.size(); ++i) {
+    if (solved.datum.held[i]) continue;
+    own[i] += errors[i];
+    if (holders[component[i]] != 1) continue;
+    // A turn of what holds the rest moves it all.
+    const size_t holder = held_by[component[i]];
+    sensor::Matrix6d carried = sensor::Matrix6d::Identity();
+    carried.bottomLeftCorner<3, 3>() =
+        -CrossMatrix(solved.poses[i].translation() - solved.poses[holder].translation());
+    own[i] += carried * errors[holder] * carried.transpose();
+  }
+}
+
 // Covariances of scans and the tests of links, at the adjusted poses.
 void Judge(const PoseGraph& graph, const SolvedGraph& solved, Adjustment& adjustment) {
   const size_t nodes = graph.nodes().size();
   const size_t links = graph.links().size();
-  const auto [own, between] = CovariancesOf(graph, solved.Normals());
+  auto [own, between] = CovariancesOf(graph, solved.Normals());
   std::vector<bool> used(links, false);
   for (const size_t l : solved.datum.link_of) used[l] = true;
   for (size_t l = 0; l < links; ++l) {
@@ -97,6 +153,7 @@ void Judge(const PoseGraph& graph, const SolvedGraph& solved, Adjustment& adjust
       adjustment.scans[node].worst_link = l;
     }
   }
+  AddOwnErrors(graph, solved, own);
   for (size_t i = 0; i < nodes; ++i) {
     adjustment.scans[i].covariance = solved.variance_factor * own[i];
     adjustment.scans[i].position_sigma = WorstSigma(adjustment.scans[i].covariance);

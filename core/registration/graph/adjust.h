@@ -30,8 +30,9 @@ struct AdjustedScan {
   std::string id;
   Eigen::Isometry3d T_world_scan = Eigen::Isometry3d::Identity();  // canonical (CanonicalPose())
   // Of the error of T_world_scan [rotation about world axes, rad; translation of the scanner, m],
-  // with respect to what its component is held by. Zero of a fixed scan, and of the one that holds
-  // a component.
+  // with respect to what its component is held by. With the error that all its links between
+  // surfaces share, being of one scan's measurements. Zero of a fixed scan, and of the one that
+  // holds a component.
   sensor::Matrix6d covariance = sensor::Matrix6d::Zero();
   double position_sigma = 0;         // m, in the worst direction
   double moved = 0;                  // m, from ScanNode::T_world_scan

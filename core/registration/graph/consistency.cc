@@ -326,6 +326,24 @@ bool HasRivalSet(size_t i, const std::vector<size_t>& set, const std::vector<siz
   return MedianChainChi2(rival, doubts) - MedianChainChi2(contradicted, doubts) < kDecided;
 }
 
+// Whether another link between the same scans, which contradicts it and nothing refutes, is
+// supported about as well: then not even all others that agree with both tell which is right.
+bool HasRivalOfPair(size_t i, const std::vector<size_t>& candidates, const Relations& relations,
+                    const std::vector<Doubt>& doubts) {
+  const auto support = [&](size_t of) {
+    std::set<Pair> pairs;
+    for (const size_t j : candidates) {
+      if (relations.closely[of][j]) pairs.insert(doubts[j].pair());
+    }
+    return static_cast<double>(pairs.size());
+  };
+  const double own = support(i);
+  return std::any_of(candidates.begin(), candidates.end(), [&](size_t j) {
+    if (i == j || doubts[i].pair() != doubts[j].pair() || relations.consistent[i][j]) return false;
+    return support(j) > kRivalShare * own && doubts[j].chain_chi2 - doubts[i].chain_chi2 < kDecided;
+  });
+}
+
 LinkJudgement JudgeLink(size_t i, const std::vector<size_t>& set,
                         const std::vector<size_t>& candidates, const Relations& relations,
                         const std::vector<Doubt>& doubts) {
@@ -351,7 +369,8 @@ LinkJudgement JudgeLink(size_t i, const std::vector<size_t>& set,
     judgement.reason = "more links in doubt agree on something else";
     return judgement;
   }
-  if (HasRivalSet(i, set, candidates, relations, doubts)) {
+  if (HasRivalSet(i, set, candidates, relations, doubts) ||
+      HasRivalOfPair(i, candidates, relations, doubts)) {
     judgement.reason = "as many links in doubt agree on something else";
     return judgement;
   }

@@ -43,7 +43,8 @@ struct LinkDecisions {
 //   kLeastPeriod;
 // - links between other scans agree with it, more closely than what is certain could tell; or
 //   alternatives to it are in the graph and all contradict what is certain;
-// - no other set of links is about as good, unless what is certain decides between them.
+// - no other set of links, and no other link between the same scans, is supported about as well,
+//   unless what is certain decides between them.
 // Where the poses at which a scan may have been made instead are known, they have to be in the
 // graph, as links in doubt. Depends on the set of nodes and links alone. Errors as Adjust()'s;
 // RESOURCE_EXHAUSTED: more than kMostDoubtfulLinks in doubt.

@@ -1,9 +1,17 @@
 #include "core/registration/graph/graph_normals.h"
 
+#include <cmath>
 #include <map>
 #include <utility>
 
 namespace vantage::registration {
+namespace {
+
+// Of an unknown's information, that elimination leaves by rounding where nothing holds it. What is
+// held by 100 m beside a sigma of 0.1 mm leaves 1e-12.
+constexpr double kRoundingShare = 1e-13;
+
+}  // namespace
 
 GraphNormals::GraphNormals(std::span<const PoseTerm> terms,
                            std::span<const Eigen::Isometry3d> poses, const std::vector<bool>& held)
@@ -54,30 +62,36 @@ GraphNormals::GraphNormals(std::span<const PoseTerm> terms,
   }
   Eigen::SparseMatrix<double> matrix(unknowns_, unknowns_);
   matrix.setFromTriplets(entries.begin(), entries.end());
-  factor_.compute(matrix);
-  solvable_ = factor_.info() == Eigen::Success && factor_.vectorD().allFinite() &&
-              factor_.vectorD().minCoeff() > 0;
-}
-
-size_t GraphNormals::Weakest() const {
-  if (unknowns_ == 0 || factor_.info() != Eigen::Success) return 0;
-  Eigen::Index pivot = 0;
-  factor_.vectorD().minCoeff(&pivot);
-  // P moves unknown i to pivot P(i).
-  Eigen::Index unknown = 0;
+  // To a diagonal of ones, so that metres and radians meet in no pivot, and a pivot is what is left
+  // of an unknown's information when others are free: of a direction that nothing holds, rounding.
+  scale_.setZero(unknowns_);
   for (Eigen::Index i = 0; i < unknowns_; ++i) {
-    if (factor_.permutationP().indices()[i] == pivot) unknown = i;
+    const double own = matrix.coeff(i, i);
+    if (own > 0) scale_[i] = 1 / std::sqrt(own);
   }
+  matrix = (scale_.asDiagonal() * matrix * scale_.asDiagonal()).eval();
+  factor_.compute(matrix);
+  if (factor_.info() != Eigen::Success || !factor_.vectorD().allFinite()) return;
+  double least = 1;
+  Eigen::Index at_least = 0;
+  for (Eigen::Index i = 0; i < unknowns_; ++i) {
+    const double pivot = factor_.vectorD()[factor_.permutationP().indices()[i]];
+    if (pivot < least) {
+      least = pivot;
+      at_least = i;
+    }
+  }
+  solvable_ = least > kRoundingShare;
   for (size_t i = 0; i < at_.size(); ++i) {
-    if (at_[i] != kNone && unknown >= at_[i] && unknown < at_[i] + 6) return i;
+    if (at_[i] != kNone && at_least >= at_[i] && at_least < at_[i] + 6) weakest_ = i;
   }
-  return 0;
 }
 
 std::vector<sensor::Vector6d> GraphNormals::Step() const {
   std::vector<sensor::Vector6d> step(at_.size(), sensor::Vector6d::Zero());
   if (unknowns_ == 0) return step;
-  const Eigen::VectorXd solution = factor_.solve(gradient_);
+  const Eigen::VectorXd solution =
+      scale_.cwiseProduct(factor_.solve(scale_.cwiseProduct(gradient_)));
   for (size_t i = 0; i < at_.size(); ++i) {
     if (at_[i] != kNone) step[i] = -solution.segment<6>(at_[i]);
   }
@@ -88,8 +102,8 @@ std::vector<sensor::Matrix6d> GraphNormals::Column(size_t node) const {
   std::vector<sensor::Matrix6d> column(at_.size(), sensor::Matrix6d::Zero());
   if (at_[node] == kNone) return column;
   Eigen::MatrixXd units = Eigen::MatrixXd::Zero(unknowns_, 6);
-  units.middleRows<6>(at_[node]).setIdentity();
-  const Eigen::MatrixXd solution = factor_.solve(units);
+  units.middleRows<6>(at_[node]) = scale_.segment<6>(at_[node]).asDiagonal();
+  const Eigen::MatrixXd solution = scale_.asDiagonal() * factor_.solve(units);
   for (size_t i = 0; i < at_.size(); ++i) {
     if (at_[i] != kNone) column[i] = solution.middleRows<6>(at_[i]);
   }

@@ -23,11 +23,11 @@ class GraphNormals {
   GraphNormals(std::span<const PoseTerm> terms, std::span<const Eigen::Isometry3d> poses,
                const std::vector<bool>& held);
 
-  // The normal matrix is positive definite. Else nothing else may be asked.
+  // The normal matrix is positive definite, and not by rounding alone. Else nothing else may be
+  // asked.
   bool solvable() const { return solvable_; }
-  // The node that is held least, where there are unknowns; of equations that are not solvable it is
-  // one that nothing holds.
-  size_t Weakest() const;
+  // The node that is held least; of equations that are not solvable it is one that nothing holds.
+  size_t weakest() const { return weakest_; }
   // The changes of all poses that lead to the minimum, as far as it is quadratic.
   std::vector<sensor::Vector6d> Step() const;
   // Covariances of each pose with that of `node`: rows are the other's.
@@ -38,8 +38,10 @@ class GraphNormals {
   std::vector<Eigen::Index> at_;  // by node: the first of its six unknowns
   Eigen::Index unknowns_ = 0;
   Eigen::VectorXd gradient_;
+  Eigen::VectorXd scale_;  // of unknowns, to equations with a diagonal of ones
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor_;
   bool solvable_ = false;
+  size_t weakest_ = 0;
 };
 
 }  // namespace vantage::registration

@@ -419,17 +419,20 @@ LinkOutcome LinkInOrder(const PlacedSurface& a, const PlacedSurface& b,
 
 LinkOutcome LinkScans(const PlacedSurface& a, const PlacedSurface& b,
                       const RegistrationConfig& config, const LinkOptions& options) {
-  Eigen::Isometry3d start = options.T_a_b.has_value()
-                                ? *options.T_a_b
-                                : a.T_world_scan.inverse(Eigen::Isometry) * b.T_world_scan;
+  const bool in_order = a.id < b.id;
+  const PlacedSurface& first = in_order ? a : b;
+  const PlacedSurface& second = in_order ? b : a;
+  Eigen::Isometry3d start = first.T_world_scan.inverse(Eigen::Isometry) * second.T_world_scan;
+  if (options.T_a_b.has_value()) {
+    start = in_order ? *options.T_a_b : options.T_a_b->inverse(Eigen::Isometry);
+  }
   // So also what is not finite.
   if (!(start.translation().norm() < kFarApart) || !start.matrix().allFinite()) {
     LinkOutcome outcome;
     outcome.reason = "they are too far apart, or a pose is not finite";
     return outcome;
   }
-  if (a.id < b.id) return LinkInOrder(a, b, start, config, options);
-  return LinkInOrder(b, a, start.inverse(Eigen::Isometry), config, options);
+  return LinkInOrder(first, second, start, config, options);
 }
 
 bool MayOverlap(const PlacedSurface& a, const PlacedSurface& b) {

@@ -45,7 +45,7 @@ struct LinkOptions {
   // One sigma, m, that the given poses are good for where the overlap leaves a direction open.
   double open_sigma = 1.0;
   // Where T_a_b is known to begin with; else from the poses.
-  std::optional<Eigen::Isometry3d> T_a_b;
+  std::optional<Eigen::Isometry3d> T_a_b = std::nullopt;
 };
 
 // Aligns the surfaces of two scans to each other, point to plane and symmetrically, from where they

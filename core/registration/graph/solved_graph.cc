@@ -84,7 +84,7 @@ absl::StatusOr<SolvedGraph> SolveGraph(const PoseGraph& graph) {
   const std::vector<PoseTerm> terms = AllTerms(solved.datum);
   const auto unsolvable = [&](const GraphNormals& normals) {
     return absl::FailedPreconditionError(
-        absl::StrCat("nothing holds scan '", nodes[normals.Weakest()].id,
+        absl::StrCat("nothing holds scan '", nodes[normals.weakest()].id,
                      "' along some direction: its links say nothing of it"));
   };
   if (const GraphNormals normals = solved.Normals(); !normals.solvable()) {

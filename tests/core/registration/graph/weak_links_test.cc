@@ -78,7 +78,7 @@ TEST(WeakLinksTest, AdviceIsWorthWhatItSays) {
 }
 
 TEST(WeakLinksTest, BridgesAsByTakingEachAway) {
-  GraphScene scene = test_support::ThreeStoreysGraph(5, 2);
+  GraphScene scene = test_support::ThreeStoreysGraph(6, 2);
   const std::vector<ScanLink> links = EvenLinks(scene);
   const auto graph = PoseGraph::Create(test_support::NodesOf(scene), links);
   ASSERT_TRUE(graph.ok());
