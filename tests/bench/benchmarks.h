@@ -33,6 +33,8 @@ Benchmark BenchSnapshot;    // snapshot.*
 Benchmark BenchPlanning;
 // merge.*, model.*: what many scans cost; `full` adds a whole storey.
 Benchmark BenchModel;
+// loop.remerge.*: all scans of a building merged anew at adjusted poses.
+Benchmark BenchRemerge;
 // model.hall100.*, plan.hall100.*: a hall that is nearly all empty space.
 Benchmark BenchHall;
 // memory.account.*: what scans and plans are estimated to take, beside what they take.

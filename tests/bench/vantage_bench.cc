@@ -37,6 +37,7 @@ constexpr auto kGroups = std::to_array<Group>({
     {"phantom", "phantom.", "rooms that are only in mirrors, and openings lost for mirrors", 3,
      BenchPhantom},
     {"model", "merge. model.", "merging the tenth scan; memory; --full: 1,000 m2", 1, BenchModel},
+    {"remerge", "loop.remerge.", "100 scans merged anew at adjusted poses", 1, BenchRemerge},
     {"hall", "model.hall100. plan.hall100.", "a hall of 100 x 60 x 15 m: memory, time of a plan", 3,
      BenchHall},
     {"memory", "memory.account.",

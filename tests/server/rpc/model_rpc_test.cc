@@ -88,7 +88,9 @@ TEST_F(PoseGraphRpc, SaysWhatTiesScansOnceThereAreAny) {
   ASSERT_EQ(graph.scans_size(), 2);
   EXPECT_TRUE(graph.scans(0).held());
   EXPECT_FALSE(graph.scans(1).held());
-  EXPECT_NEAR(graph.scans(1).position_sigma_m(), fixture::Script::kTieSigma, 1e-4);
+  // The tie's, and half of its variance for what the measurements of either scan share in all
+  // links.
+  EXPECT_NEAR(graph.scans(1).position_sigma_m(), std::sqrt(2) * fixture::Script::kTieSigma, 1e-4);
   ASSERT_EQ(graph.links_size(), 1);
   EXPECT_EQ(graph.links(0).second_scan(), second.scan());
   EXPECT_TRUE(graph.links(0).information().empty());

@@ -499,8 +499,9 @@ TEST_F(PoseAdjusterTest, TheGraphSaysHowWellEachScanIsTied) {
   EXPECT_EQ(graph.link_test_ratios_size(), kScans);
   EXPECT_TRUE(graph.scans(0).held());
   EXPECT_EQ(graph.scans(0).position_sigma_m(), 0);
-  // Half way round two chains hold a scan: of two links, and of three.
-  const double sigma = fixture::Script::kTieSigma * std::sqrt(2 * 3 / 5.0);
+  // Half way round two chains hold a scan: of two links, and of three. What the measurements of it
+  // and of the first one share in all their links comes to half of a link's variance each.
+  const double sigma = fixture::Script::kTieSigma * std::sqrt(2 * 3 / 5.0 + 2 * 0.5);
   EXPECT_NEAR(graph.scans(2).position_sigma_m(), sigma * std::sqrt(graph.variance_factor()),
               0.1 * sigma * std::sqrt(graph.variance_factor()));
   EXPECT_EQ(graph.model_version(), session_->model().Current().version);
