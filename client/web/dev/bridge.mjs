@@ -10,7 +10,7 @@ import { fileURLToPath } from "node:url";
 import { parseArgs } from "node:util";
 import { createFileRegistry, fromBinary } from "@bufbuild/protobuf";
 import { FileDescriptorSetSchema } from "@bufbuild/protobuf/wkt";
-import { createClient } from "@connectrpc/connect";
+import { ConnectError, createClient } from "@connectrpc/connect";
 import { connectNodeAdapter, createGrpcTransport } from "@connectrpc/connect-node";
 
 const here = (path) => fileURLToPath(new URL(path, import.meta.url));
@@ -33,6 +33,14 @@ const passedOn = (headers) => {
   return authorization === null ? {} : { authorization };
 };
 
+// The server's error without the headers that it came with, which are of another protocol.
+function asOurs(error) {
+  const theirs = ConnectError.from(error);
+  const ours = new ConnectError(theirs.rawMessage, theirs.code);
+  ours.details = theirs.details;
+  return ours;
+}
+
 const rpc = connectNodeAdapter({
   routes(router) {
     for (const type of registry) {
@@ -41,12 +49,23 @@ const rpc = connectNodeAdapter({
       const methods = {};
       for (const method of type.methods) {
         const call = client[method.localName];
+        const options = (context) => ({ signal: context.signal, headers: passedOn(context.requestHeader) });
         if (method.methodKind === "unary") {
-          methods[method.localName] = (request, context) =>
-            call(request, { signal: context.signal, headers: passedOn(context.requestHeader) });
+          methods[method.localName] = async (request, context) => {
+            try {
+              return await call(request, options(context));
+            } catch (error) {
+              throw asOurs(error);
+            }
+          };
         } else if (method.methodKind === "server_streaming") {
-          methods[method.localName] = (request, context) =>
-            call(request, { signal: context.signal, headers: passedOn(context.requestHeader) });
+          methods[method.localName] = async function* (request, context) {
+            try {
+              yield* call(request, options(context));
+            } catch (error) {
+              throw asOurs(error);
+            }
+          };
         }
       }
       router.service(type, methods);

@@ -1,7 +1,7 @@
 // What stands on the plan of the site besides walls and floor, as a list to draw and to tap on.
 import type { Opening } from "../gen/vantage/v1/coverage_pb";
 import type { Claim, Station } from "../gen/vantage/v1/fleet_pb";
-import type { Box, Vector3 } from "../gen/vantage/v1/geometry_pb";
+import type { Vector3 } from "../gen/vantage/v1/geometry_pb";
 import type { RankedView } from "../gen/vantage/v1/plan_pb";
 import { RegistrationOutcome } from "../gen/vantage/v1/registration_pb";
 import type { Scan } from "../gen/vantage/v1/scan_pb";
@@ -17,11 +17,11 @@ interface Placed {
 
 export type Mark = Placed &
   (
-    | { type: "station"; scan: Scan; label: string; here: boolean; weak: boolean }
+    | { type: "station"; scan: Scan; label: string; here: boolean; weak: boolean; who: string }
     | { type: "pending"; station: Station; label: string }
     | { type: "claim"; claim: Claim; label: string; own: boolean }
     | { type: "rejection"; rejection: Rejection; radius: number }
-    | { type: "view"; view: RankedView; rank: number; target: boolean; region: Box | undefined }
+    | { type: "view"; view: RankedView; rank: number; target: boolean }
     | { type: "door"; opening: Opening; width: number; direction: number }
     // A place that a person tries out, and poses to choose from.
     | { type: "trial"; label: string }
@@ -73,7 +73,7 @@ export function marksOf(
   }
   what.views.forEach((view, i) => {
     if (!on(view.position) || view === what.target) return;
-    marks.push({ type: "view", view, rank: i + 1, target: false, region: view.region?.box, ...at(view.position) });
+    marks.push({ type: "view", view, rank: i + 1, target: false, ...at(view.position) });
   });
   for (const station of site.stations) {
     if (on(station.position)) {
@@ -91,14 +91,20 @@ export function marksOf(
     if (!on(place)) continue;
     const label = String(site.scans.indexOf(scan) + 1);
     const here = scan.name === what.here?.name;
-    marks.push({ type: "station", scan, label, here, weak: isWeak(scan, required), ...at(place) });
+    const who = site.scanners.filter((scanner) => lastOf(site, scanner.name) === scan).map((scanner) => what.scannerName(scanner.name));
+    marks.push({ type: "station", scan, label, here, weak: isWeak(scan, required), who: who.join(", "), ...at(place) });
   }
   const target = what.target;
   if (target !== undefined && on(target.position)) {
     const rank = what.views.indexOf(target) + 1;
-    marks.push({ type: "view", view: target, rank, target: true, region: target.region?.box, ...at(target.position) });
+    marks.push({ type: "view", view: target, rank, target: true, ...at(target.position) });
   }
   return marks;
+}
+
+// Where a scanner of the fleet stands, as far as its scans tell.
+function lastOf(site: Site, scanner: string): Scan | undefined {
+  return merged(site).filter((scan) => scan.scanner === scanner).at(-1);
 }
 
 function at(place: Vector3): Placed {

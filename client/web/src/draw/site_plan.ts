@@ -12,6 +12,9 @@ export interface Heat {
   size: number;
 }
 
+// Edge of the squares that a region is drawn in, m.
+export const regionEdge = 0.1;
+
 export interface Scene {
   plan: ImageBitmap | HTMLCanvasElement | undefined;
   raster: FloorPlan | undefined;
@@ -19,6 +22,8 @@ export interface Scene {
   marks: readonly Mark[];
   // The way to the target, world.
   way: readonly Point[];
+  // Squares of `regionEdge` where it is as good as at the target, world.
+  region: readonly Point[];
   // From the target to walls, with what the tape reads, world.
   offsets: readonly { from: Point; to: Point; label: string }[];
   selected: Mark | undefined;
@@ -153,7 +158,7 @@ export function draw(
     if (mark.type === "door") drawDoor(context, projection, mark, colours, font(18, 800));
     if (mark.type === "rejection") drawRejection(context, projection, mark, colours);
   }
-  for (const mark of scene.marks) if (mark.type === "view" && mark.region !== undefined && (mark.target || mark === scene.selected)) drawRegion(context, projection, mark.region, colours);
+  drawRegion(context, projection, scene.region, regionEdge, colours);
   drawWay(context, projection, scene.way, colours);
   for (const offset of scene.offsets) drawOffset(context, projection, offset, colours, font(15));
   // The better a place, the later it is drawn, and over the others.
@@ -255,21 +260,22 @@ function drawOffset(
   if (length > 60) words(context, offset.label, { x: a.x + s * length * ux, y: a.y + s * length * uy }, colours.ink, colours.paper, font);
 }
 
-function drawRegion(context: CanvasRenderingContext2D, projection: Projection, box: { min?: Point; max?: Point }, colours: Colours): void {
-  if (box.min === undefined || box.max === undefined) return;
-  const corners = [box.min, { x: box.max.x, y: box.min.y }, box.max, { x: box.min.x, y: box.max.y }].map((corner) =>
-    toScreen(projection, corner),
-  );
+// Where it is as good as at the target.
+function drawRegion(context: CanvasRenderingContext2D, projection: Projection, squares: readonly Point[], edge: number, colours: Colours): void {
+  const half = (edge / 2) * 1.02;
   context.beginPath();
-  corners.forEach((corner, i) => (i === 0 ? context.moveTo(corner.x, corner.y) : context.lineTo(corner.x, corner.y)));
-  context.closePath();
-  context.globalAlpha = 0.22;
+  for (const { x, y } of squares) {
+    [[-half, -half], [half, -half], [half, half], [-half, half]].forEach(([dx = 0, dy = 0], i) => {
+      const at = toScreen(projection, { x: x + dx, y: y + dy });
+      if (i === 0) context.moveTo(at.x, at.y);
+      else context.lineTo(at.x, at.y);
+    });
+    context.closePath();
+  }
+  context.globalAlpha = 0.25;
   context.fillStyle = colours.accent;
   context.fill();
   context.globalAlpha = 1;
-  context.lineWidth = 2;
-  context.strokeStyle = colours.accent;
-  context.stroke();
 }
 
 function drawTarget(context: CanvasRenderingContext2D, at: Point, colours: Colours): void {
@@ -306,7 +312,7 @@ function drawRank(context: CanvasRenderingContext2D, at: Point, rank: number, se
 function drawStation(
   context: CanvasRenderingContext2D,
   at: Point,
-  mark: { label: string; here: boolean; weak: boolean },
+  mark: { label: string; here: boolean; weak: boolean; who: string },
   selected: boolean,
   colours: Colours,
   font: string,
@@ -331,6 +337,7 @@ function drawStation(
   context.textBaseline = "middle";
   context.fillStyle = colours.paper;
   context.fillText(mark.label, at.x, at.y + 1);
+  if (mark.who !== "") words(context, mark.who, { x: at.x, y: at.y + 32 }, colours.ink, colours.paper, font);
 }
 
 function drawPending(context: CanvasRenderingContext2D, at: Point, label: string, colours: Colours, font: string): void {

@@ -170,6 +170,25 @@ export function wallBetween(plan: FloorPlan, from: { x: number; y: number }, to:
   return false;
 }
 
+// Of a box around a place, the squares that one can stand in as well as there: on floor, and not beyond a wall.
+// Their centres, world, m, `edge` apart.
+export function squaresAround(
+  plan: FloorPlan,
+  place: { x: number; y: number },
+  box: { min: { x: number; y: number }; max: { x: number; y: number } },
+  edge: number,
+): { x: number; y: number }[] {
+  const squares: { x: number; y: number }[] = [];
+  for (let y = box.min.y + edge / 2; y < box.max.y; y += edge) {
+    for (let x = box.min.x + edge / 2; x < box.max.x; x += edge) {
+      const at = Math.floor((y - plan.y) / plan.size) * plan.columns + Math.floor((x - plan.x) / plan.size);
+      const what = plan.cells[at];
+      if ((what === cell.floor || what === cell.thinFloor) && !wallBetween(plan, place, { x, y })) squares.push({ x, y });
+    }
+  }
+  return squares;
+}
+
 // The way over known floor from one place to another, around what stands there by `clearance`, m: corners
 // in world coordinates, both places included. A straight line where no way is known.
 export function wayOver(

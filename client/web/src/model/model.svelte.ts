@@ -139,8 +139,10 @@ export class Model {
     }
     // What is nearer than this was too near to be measured from there.
     const near = 1.5 * (scan.scannerModel?.minRangeM ?? 0.5);
+    const span = scan.scannerModel?.azimuthSpanRad ?? 2 * Math.PI;
+    const spacing = span / Math.max(1, scan.columnCount);
     const picture = ++this.#pictures;
-    await this.#ask({ what: "beginSamples", picture, ...view });
+    await this.#ask({ what: "beginSamples", picture, spacing, ...view });
     const request = { name: this.#job.name, format: ExportFormat.SCANS_PLY, scans: [scan.name] };
     try {
       for await (const piece of models.exportModel(request, { signal })) {

@@ -22,7 +22,7 @@ function planOf(floor: number, top: number, size: number, required: number): Flo
 }
 
 // A reader of the samples of a scan (EXPORT_FORMAT_SCANS_PLY) that paints them as they come.
-function sampleReader(painter: PanoramaPainter): (bytes: Uint8Array) => void {
+function sampleReader(painter: PanoramaPainter, spacing: number): (bytes: Uint8Array) => void {
   let left = new Uint8Array(0);
   let header: ReturnType<typeof readHeader>;
   return (bytes) => {
@@ -42,11 +42,11 @@ function sampleReader(painter: PanoramaPainter): (bytes: Uint8Array) => void {
     const intensity = properties.get("intensity")?.at;
     const view = new DataView(data.buffer);
     for (; at + stride <= data.length; at += stride) {
-      painter.add(
+      painter.addRay(
         view.getFloat64(at, true),
         view.getFloat64(at + 8, true),
         view.getFloat64(at + 16, true),
-        0,
+        spacing,
         intensity === undefined ? -1 : view.getUint16(at + intensity, true) / 65_535,
       );
     }
@@ -93,7 +93,7 @@ function answer(ask: Ask): Answer {
     }
     case "beginSamples": {
       const painter = new PanoramaPainter(ask.eye, ask.ahead, ask.width);
-      pictures.set(ask.picture, { painter, take: sampleReader(painter) });
+      pictures.set(ask.picture, { painter, take: sampleReader(painter, ask.spacing) });
       return { what: "done" };
     }
     case "samples":

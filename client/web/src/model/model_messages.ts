@@ -31,8 +31,9 @@ export type Ask =
   | ({ what: "way"; from: Place; to: Place; clearance: number } & Storey)
   | { what: "points"; required: number }
   | ({ what: "panorama"; size: number } & View)
-  // A picture of one scan, from its samples; the page numbers those that are being made.
-  | ({ what: "beginSamples"; picture: number } & View)
+  // A picture of one scan, from its samples; the page numbers those that are being made. Its rays
+  // are `spacing` apart, rad.
+  | ({ what: "beginSamples"; picture: number; spacing: number } & View)
   | { what: "samples"; picture: number; bytes: Uint8Array }
   // `whole`: all samples came; else the picture is dropped. `size`: the voxels' edge, m, of the model's surface,
   // which fills what was too near for the scan, up to `near`, m.

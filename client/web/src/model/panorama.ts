@@ -90,7 +90,18 @@ export class PanoramaPainter {
     const picture = this.panorama;
     const at = project(picture, { x, y, z });
     if (at.range < 0.2) return;
-    const radius = Math.min(24, (0.6 * size) / at.range / picture.step);
+    this.#cover(at, Math.min(24, (0.6 * size) / at.range / picture.step), intensity);
+  }
+
+  // A ray's end, m, world, of a scan whose rays are `spacing` apart, rad: it covers what is between them.
+  addRay(x: number, y: number, z: number, spacing: number, intensity = -1): void {
+    const at = project(this.panorama, { x, y, z });
+    if (at.range < 0.2) return;
+    this.#cover(at, Math.min(24, (0.55 * spacing) / this.panorama.step), intensity);
+  }
+
+  #cover(at: Pixel, radius: number, intensity: number): void {
+    const picture = this.panorama;
     const [x0, x1] = [Math.floor(at.x - radius), Math.floor(at.x + radius)];
     const [y0, y1] = [Math.max(0, Math.floor(at.y - radius)), Math.min(picture.height - 1, Math.floor(at.y + radius))];
     for (let py = y0; py <= y1; ++py) {

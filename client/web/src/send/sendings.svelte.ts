@@ -131,7 +131,8 @@ class Sendings {
       else if (error instanceof DOMException) fail("send.unreadable");
       else {
         const { key, detail } = explain(error);
-        fail(key, detail);
+        // What came is not what it said to be.
+        fail(ConnectError.from(error).code === Code.InvalidArgument ? "send.refused" : key, detail);
       }
     }
   }
