@@ -1,5 +1,6 @@
 // Draws the plan of a storey: the raster of walls and floor, and the marks on it.
 import { cell, type FloorPlan } from "../model/floor_plan";
+import type { Area } from "./areas";
 import type { Colours } from "./colours";
 import type { Mark } from "./marks";
 import { barLength, matrix, toScreen, type Point, type Projection } from "./projection";
@@ -20,6 +21,9 @@ export interface Scene {
   raster: FloorPlan | undefined;
   heat: Heat | undefined;
   marks: readonly Mark[];
+  areas: readonly Area[];
+  // Corners of an area that is being drawn.
+  outline: readonly Point[];
   // The way to the target, world.
   way: readonly Point[];
   // Squares of `regionEdge` where it is as good as at the target, world.
@@ -154,6 +158,9 @@ export function draw(
   }
   if (scene.heat !== undefined) drawHeat(context, projection, scene.heat, colours);
 
+  for (const area of scene.areas) drawArea(context, projection, area, colours, font(15, 700));
+  if (scene.outline.length > 0) drawOutline(context, projection, scene.outline, colours);
+
   for (const mark of scene.marks) {
     if (mark.type === "door") drawDoor(context, projection, mark, colours, font(18, 800));
     if (mark.type === "rejection") drawRejection(context, projection, mark, colours);
@@ -258,6 +265,56 @@ function drawOffset(
   context.stroke(line);
   const s = Math.max(0.62, Math.min(0.8, 52 / length));
   if (length > 60) words(context, offset.label, { x: a.x + s * length * ux, y: a.y + s * length * uy }, colours.ink, colours.paper, font);
+}
+
+function trace(context: CanvasRenderingContext2D, projection: Projection, corners: readonly Point[]): void {
+  context.beginPath();
+  corners.forEach((corner, i) => {
+    const at = toScreen(projection, corner);
+    if (i === 0) context.moveTo(at.x, at.y);
+    else context.lineTo(at.x, at.y);
+  });
+}
+
+function drawArea(context: CanvasRenderingContext2D, projection: Projection, area: Area, colours: Colours, font: string): void {
+  trace(context, projection, area.corners);
+  context.closePath();
+  context.lineWidth = 2.5;
+  context.strokeStyle = colours.ink;
+  context.setLineDash(area.out ? [2, 6] : [12, 6]);
+  context.stroke();
+  context.setLineDash([]);
+  if (area.out) {
+    // Crossed out, within its outline.
+    context.save();
+    context.clip();
+    context.globalAlpha = 0.35;
+    const xs = area.corners.map((corner) => toScreen(projection, corner).x);
+    const [left, right] = [Math.min(...xs), Math.max(...xs)];
+    context.beginPath();
+    for (let x = left - projection.height; x < right + projection.height; x += 26) {
+      context.moveTo(x, 0);
+      context.lineTo(x + projection.height, projection.height);
+    }
+    context.stroke();
+    context.restore();
+  }
+  const top = area.corners.map((corner) => toScreen(projection, corner)).reduce((best, at) => (at.y < best.y ? at : best));
+  if (area.label !== "") words(context, area.label, { x: top.x, y: top.y - 12 }, colours.ink, colours.ground, font);
+}
+
+function drawOutline(context: CanvasRenderingContext2D, projection: Projection, corners: readonly Point[], colours: Colours): void {
+  trace(context, projection, corners);
+  if (corners.length > 2) context.closePath();
+  context.lineWidth = 4;
+  context.strokeStyle = colours.accent;
+  context.stroke();
+  for (const corner of corners) {
+    disc(context, toScreen(projection, corner), 9);
+    context.fillStyle = colours.paper;
+    context.fill();
+    context.stroke();
+  }
 }
 
 // Where it is as good as at the target.

@@ -86,7 +86,7 @@ test("a job from the first scan to 'enough'", async () => {
   await page.getByText("of the surface is at full density").waitFor();
   await isAccessible(page, "what is left");
   await picture(page, "left");
-  await page.getByRole("button", { name: "Close" }).first().tap();
+  await page.getByRole("button", { name: "Close", exact: true }).first().tap();
 
   // The plan: a place of one's own choice, in words.
   await goTo(page, "Plan");
@@ -114,7 +114,7 @@ test("a job from the first scan to 'enough'", async () => {
   await page.getByRole("button", { name: "Report" }).tap();
   await page.getByRole("table").waitFor();
   await isAccessible(page, "the report, dark");
-  await page.getByRole("button", { name: "Close" }).first().tap();
+  await page.getByRole("button", { name: "Close", exact: true }).first().tap();
   await page.getByRole("radio", { name: "Deutsch" }).tap();
   await page.getByRole("heading", { name: "Was herauskommt" }).waitFor();
   await page.getByRole("navigation").getByText("Stationen", { exact: true }).tap();
