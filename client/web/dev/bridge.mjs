@@ -94,7 +94,7 @@ function servePage(request, response) {
     "content-type": types[extname(file)] ?? "application/octet-stream",
     "cache-control": file.includes("/assets/") ? "max-age=31536000, immutable" : "no-cache",
     "content-security-policy":
-      "default-src 'self'; img-src 'self' blob: data:; style-src 'self' 'unsafe-inline'; worker-src 'self' blob:",
+      "default-src 'self'; img-src 'self' blob: data:; worker-src 'self' blob:",
   });
   createReadStream(file).pipe(response);
 }

@@ -65,6 +65,7 @@ export class Job {
   #running = new AbortController();
   #watching: AbortController | undefined;
   #watchedPlan = "";
+  #measured = "";
   #failures = 0;
   #results = new Map<string, Promise<string>>();
   #clock: ReturnType<typeof setInterval> | undefined;
@@ -386,6 +387,28 @@ export class Job {
     if (!says && this.plan !== undefined && !(ended && plan.state === PlanState.FAILED)) return;
     if (plan.name !== this.plan?.name) this.rank = 0;
     this.plan = plan;
+    if (ended) void this.#measureFirst(plan);
+  }
+
+  // On a busy server a plan may end before it knows what its first view brings; then that view is asked for by
+  // itself.
+  async #measureFirst(plan: Plan): Promise<void> {
+    const [first, ...others] = plan.result?.views ?? [];
+    if (plan.result === undefined || first?.position === undefined || first.exact || this.#measured === plan.name) return;
+    this.#measured = plan.name;
+    try {
+      const { position, headingRad } = first;
+      const answer = await plans.evaluateView(
+        { parent: this.name, position, headingRad, scannerModelId: plan.scannerModelId },
+        { timeoutMs: 2 * patience },
+      );
+      // How to find the place stays as the plan has it.
+      if (answer.view === undefined || this.plan?.name !== plan.name) return;
+      const view = { ...answer.view, location: first.location, region: first.region, travelDistanceM: first.travelDistanceM };
+      this.plan = { ...plan, result: { ...plan.result, views: [view, ...others] } };
+    } catch {
+      // What is known of it is shown as it is.
+    }
   }
 }
 

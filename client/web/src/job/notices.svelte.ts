@@ -35,7 +35,7 @@ class Notices {
   refused(entry: Entry, error: unknown, job: Job): void {
     const conflict = claimConflict(error);
     if (conflict !== undefined) {
-      const until = conflict.expireTime === undefined ? "" : clock(new Date(seconds(conflict.expireTime) * 1000), texts.language);
+      const until = conflict.expireTime === undefined ? "" : clock(new Date(seconds(conflict.expireTime) * 1000), texts.locale);
       this.#show({
         words: t("claim.taken", { scanner: job.scannerName(conflict.scanner), until }),
         detail: "",
@@ -51,7 +51,7 @@ class Notices {
 
   // What somebody wants to know who looks elsewhere.
   happened(event: SessionEvent, job: Job): void {
-    const language = texts.language;
+    const language = texts.locale;
     if (event.event.case === "scanMerged") {
       const scan = event.event.value.scan;
       if (scan === undefined) return;

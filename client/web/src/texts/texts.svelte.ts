@@ -12,6 +12,10 @@ const stored = "vantage.language";
 
 class Texts {
   language = $state<Language>("en");
+  // How numbers and times are written: as where the tablet comes from, if that speaks the language.
+  readonly locale = $derived(
+    navigator.languages.find((tag) => tag.toLowerCase().startsWith(this.language)) ?? (this.language === "en" ? "en-GB" : this.language),
+  );
   #sentences = $state<Record<string, string>>({});
 
   async load(language: Language): Promise<void> {

@@ -27,6 +27,10 @@ export function sideOf(from: { x: number; y: number }, to: { x: number; y: numbe
 // whose gain is not known to its end yet has none.
 export function gainHeadline(view: RankedView, say: Say, language: string): { figure: string; range: string } | undefined {
   const expected = view.expectedGainM2 > 0 ? view.expectedGainM2 : view.modelGainM2;
+  // Not scored to its end: what it brings at least, where that is something.
+  if (expected <= 0 && view.modelGainLowerM2 >= 0.1) {
+    return { figure: area(view.modelGainLowerM2, language), range: say("gain.orMore") };
+  }
   if (expected <= 0) return undefined;
   if (view.expectedGainUpperM2 <= 0) return { figure: area(expected, language), range: "" };
   const [lower, upper] = areaRange(view.expectedGainLowerM2, view.expectedGainUpperM2, language);
