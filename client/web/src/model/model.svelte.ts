@@ -16,6 +16,8 @@ const panoramaWidth = 1440;
 // surface has to do. At 28 bytes a sample these are previews, not whole scans of 46 million.
 const mostSampleBytes = 40e6;
 
+const keptPanoramas = 4;
+
 export interface StoreyBand {
   // Its place among the storeys, from 0.
   index: number;
@@ -38,6 +40,7 @@ export class Model {
   #fetching: AbortController | undefined;
   #wanted = 0n;
   #pictures = 0;
+  #panoramas = new Map<string, Panorama>();
 
   constructor(job: Job) {
     this.#job = job;
@@ -126,12 +129,26 @@ export class Model {
     return answer.what === "points" ? answer.points : undefined;
   }
 
-  // What is seen from a scan's place, with `ahead` (rad) in the middle: the scan's own samples where they
-  // are few enough to fetch, else the model's surface.
-  async panorama(scan: Scan, ahead: number, signal: AbortSignal): Promise<Panorama | undefined> {
+  // What is seen from a scan's place, all around: the scan's own samples where they are few enough to fetch,
+  // else the model's surface. The last few are kept: a crew goes to and fro between them.
+  async panorama(scan: Scan, signal: AbortSignal): Promise<Panorama | undefined> {
+    const pose = scan.pose?.translation;
+    const key = `${scan.name} ${pose?.x} ${pose?.y} ${scan.replaceTime?.seconds}`;
+    const known = this.#panoramas.get(key);
+    if (known !== undefined) return known;
+    const made = await this.#paintPanorama(scan, signal);
+    if (made !== undefined) {
+      this.#panoramas.set(key, made);
+      const [oldest] = this.#panoramas.keys();
+      if (this.#panoramas.size > keptPanoramas && oldest !== undefined) this.#panoramas.delete(oldest);
+    }
+    return made;
+  }
+
+  async #paintPanorama(scan: Scan, signal: AbortSignal): Promise<Panorama | undefined> {
     const eye = scan.pose?.translation;
     if (eye === undefined) return undefined;
-    const view = { eye: { x: eye.x, y: eye.y, z: eye.z }, ahead, width: panoramaWidth };
+    const view = { eye: { x: eye.x, y: eye.y, z: eye.z }, ahead: 0, width: panoramaWidth };
     const bytes = Number(scan.sampleCount) * (28 + (scan.intensity ? 2 : 0) + (scan.colour ? 3 : 0));
     if (bytes > mostSampleBytes) {
       const answer = await this.#ask({ what: "panorama", size: this.voxelSize, ...view });

@@ -50,11 +50,13 @@ export class PanoramaPicture {
   panorama = $state.raw<Panorama | undefined>(undefined);
 
   constructor(model: () => Model, scan: () => Scan | undefined) {
+    const hasModel = $derived(model().version !== 0n);
     $effect(() => {
       const shown = scan();
-      if (shown === undefined || model().version === 0n) return;
+      // The model fills what was too near for the scan; which version of it does not matter.
+      if (shown === undefined || !hasModel) return;
       const fetching = new AbortController();
-      model().panorama(shown, 0, fetching.signal).then(
+      model().panorama(shown, fetching.signal).then(
         (panorama) => !fetching.signal.aborted && (this.panorama = panorama),
         () => undefined,
       );
