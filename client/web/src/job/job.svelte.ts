@@ -22,10 +22,11 @@ import {
   type Site,
 } from "./site";
 import { notices } from "./notices.svelte";
+import { search } from "./search_time.svelte";
 
-// How long a plan may take, s. Its first answer comes within a second and improves.
-const planningSeconds = 5;
 const pageSize = 1000;
+// Claims nearer than this are in the same place, m: as ClaimView refuses them.
+const samePlace = 0.6;
 
 export type LinkState = "connecting" | "live" | "lost" | "gone" | "unknownTablet";
 
@@ -43,7 +44,10 @@ export class Job {
   // The scanner that this tablet is with, by resource name; empty: none in particular.
   scanner = $state("");
   plan = $state.raw<Plan | undefined>(undefined);
-  planning = $state(false);
+  #creating = $state(false);
+  #watchedPlan = $state("");
+  // A plan is being asked for, or runs.
+  readonly planning = $derived(this.#creating || this.#watchedPlan !== "");
   coverage = $state.raw<GetCoverageResponse | undefined>(undefined);
   // Which of the plan's views is shown, from 0.
   rank = $state(0);
@@ -57,14 +61,14 @@ export class Job {
       freshPlan(this.site, this.scanner)?.name !== this.plan.name,
   );
   readonly claim = $derived(this.site?.claims.find((claim) => this.scanner !== "" && claim.scanner === this.scanner));
-  readonly views = $derived<RankedView[]>(this.plan?.result?.views ?? []);
+  // Without what somebody else keeps, of which the plan may not know yet.
+  readonly views = $derived<RankedView[]>((this.plan?.result?.views ?? []).filter((view) => !this.#keptByAnother(view)));
   // Where to go: what this scanner has reserved, where the plan ranks it, else the view that is shown.
   readonly target = $derived<RankedView | undefined>(this.#claimedView() ?? this.views[Math.min(this.rank, this.views.length - 1)]);
 
   #outbox: Outbox;
   #running = new AbortController();
   #watching: AbortController | undefined;
-  #watchedPlan = "";
   #measured = "";
   #failures = 0;
   #results = new Map<string, Promise<string>>();
@@ -159,6 +163,18 @@ export class Job {
     }
   }
 
+  #keptByAnother(view: RankedView): boolean {
+    const at = view.position;
+    return (this.site?.claims ?? []).some(
+      (claim) =>
+        claim.scanner !== this.scanner &&
+        at !== undefined &&
+        claim.position !== undefined &&
+        Math.hypot(claim.position.x - at.x, claim.position.y - at.y) < samePlace &&
+        Math.abs(claim.position.z - at.z) < samePlace,
+    );
+  }
+
   #claimedView(): RankedView | undefined {
     const claimed = this.claim?.position;
     if (claimed === undefined) return undefined;
@@ -186,7 +202,6 @@ export class Job {
     this.#running.abort();
     this.#watching?.abort();
     this.#watchedPlan = "";
-    this.planning = false;
   }
 
   async #run(signal: AbortSignal): Promise<void> {
@@ -314,7 +329,7 @@ export class Job {
       // A scan that is being merged changes the site in a moment.
       if (underWay(site).length > 0 && this.plan !== undefined) return;
       // Tablets that see the same site ask for the same plan.
-      void this.#createPlan(`page-${site.modelVersion}-${site.changed}-${lastPart(this.scanner)}`);
+      void this.#createPlan(`page-${site.modelVersion}-${site.changed}-${search.seconds}-${lastPart(this.scanner)}`);
       return;
     }
     this.#show(fresh);
@@ -323,10 +338,11 @@ export class Job {
   }
 
   async #createPlan(requestId: string): Promise<void> {
+    // One after the other: what has changed meanwhile is attended to when it has ended.
     if (this.planning) return;
-    this.planning = true;
+    this.#creating = true;
     const scanners = this.scanner === "" ? [] : [this.scanner];
-    const budget = { case: "timeBudget" as const, value: { seconds: BigInt(planningSeconds), nanos: 0 } };
+    const budget = { case: "timeBudget" as const, value: { seconds: BigInt(search.seconds), nanos: 0 } };
     try {
       const response = await plans.createPlan(
         { parent: this.name, requestId, plan: { scanners, budget } },
@@ -338,7 +354,7 @@ export class Job {
         this.site = { ...this.site, plans: new Map(this.site.plans).set(plan.name, plan) };
       }
       this.#failures = 0;
-      await this.#watchPlan(plan.name);
+      void this.#watchPlan(plan.name);
     } catch (error) {
       if (isPassing(error)) {
         // With the next sign of life.
@@ -349,7 +365,7 @@ export class Job {
         notices.say(key, { detail });
       }
     } finally {
-      this.planning = this.#watchedPlan !== "";
+      this.#creating = false;
     }
   }
 
@@ -358,7 +374,6 @@ export class Job {
     const watching = new AbortController();
     this.#watching = watching;
     this.#watchedPlan = name;
-    this.planning = true;
     try {
       for await (const response of plans.watchPlan({ name }, { signal: watching.signal })) {
         if (response.step.case === "plan") {
@@ -369,12 +384,14 @@ export class Job {
         if (response.last) break;
       }
     } catch {
-      // PlanEnded tells the end, too; a broken link is said by the job's own stream.
+      // PlanEnded tells the end, too; a broken link is said by the job's own stream. Not again at once.
+      await pause(1000, watching.signal);
     } finally {
       if (this.#watching === watching) {
         this.#watchedPlan = "";
-        this.planning = false;
         watching.abort();
+        // Something may have happened that this plan does not know of.
+        if (!this.#running.signal.aborted) this.#attend();
       }
     }
   }

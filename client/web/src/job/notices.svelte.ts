@@ -37,7 +37,7 @@ class Notices {
     if (conflict !== undefined) {
       const until = conflict.expireTime === undefined ? "" : clock(new Date(seconds(conflict.expireTime) * 1000), texts.locale);
       this.#show({
-        words: t("claim.taken", { scanner: job.scannerName(conflict.scanner), until }),
+        words: t(conflict.samePlace ? "claim.taken" : "claim.covered", { scanner: job.scannerName(conflict.scanner), until }),
         detail: "",
         bad: true,
       });

@@ -17,6 +17,8 @@ const panoramaWidth = 1440;
 const mostSampleBytes = 40e6;
 
 const keptPanoramas = 4;
+// While the first model comes, the plan is drawn anew after each so many bytes.
+const peekBytes = 8e6;
 
 export interface StoreyBand {
   // Its place among the storeys, from 0.
@@ -29,6 +31,8 @@ export interface StoreyBand {
 export class Model {
   // Version of what is shown; 0: nothing yet.
   version = $state(0n);
+  // Changes whenever pictures would be other ones: with the version, and while the first one comes.
+  stamp = $state(0);
   // Share of the model that has come, [0, 1]; undefined: nothing is being fetched.
   progress = $state<number | undefined>(undefined);
   failed = $state(false);
@@ -87,6 +91,7 @@ export class Model {
     try {
       await this.#ask({ what: "begin" });
       let came = 0;
+      let shown = 0;
       let of = version;
       const stream = models.exportModel(
         { name: this.#job.name, format: ExportFormat.SURFACE_PLY },
@@ -98,9 +103,16 @@ export class Model {
         of = piece.modelVersion;
         if (piece.totalSizeBytes > 0n) this.progress = came / Number(piece.totalSizeBytes);
         await this.#ask({ what: "surface", bytes: piece.data });
+        // Nothing is shown yet: a plan that grows is better than none.
+        if (this.version === 0n && came - shown > peekBytes) {
+          shown = came;
+          await this.#ask({ what: "peek" });
+          this.stamp += 1;
+        }
       }
       await this.#ask({ what: "end" });
       this.version = of;
+      this.stamp += 1;
     } catch {
       if (fetching.signal.aborted) return;
       this.failed = true;

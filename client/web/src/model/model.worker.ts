@@ -72,6 +72,10 @@ function answer(ask: Ask): Answer {
     case "surface":
       reader.add(ask.bytes);
       return { what: "done" };
+    case "peek":
+      surface = reader.soFar();
+      plans = new Map();
+      return { what: "done" };
     case "end":
       surface = reader.end();
       reader = new SurfaceReader();

@@ -26,6 +26,8 @@ interface View {
 export type Ask =
   | { what: "begin" }
   | { what: "surface"; bytes: Uint8Array }
+  // Pictures are of what has come so far, until the rest has.
+  | { what: "peek" }
   | { what: "end" }
   | ({ what: "plan" } & Storey)
   | ({ what: "way"; from: Place; to: Place; clearance: number } & Storey)

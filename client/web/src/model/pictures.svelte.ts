@@ -25,7 +25,7 @@ export class PlanPicture {
   constructor(model: () => Model, storey: () => StoreyBand, from: () => Vector3 | undefined, to: () => Vector3 | undefined) {
     $effect(() => {
       const band = storey();
-      if (model().version === 0n) return;
+      if (model().stamp === 0) return;
       let current = true;
       model().plan(band).then((raster) => current && (this.raster = raster), () => undefined);
       return () => (current = false);
@@ -38,7 +38,7 @@ export class PlanPicture {
       }
       // A straight line, until the floor is known.
       this.way = [start, end];
-      if (model().version === 0n) return;
+      if (model().stamp === 0) return;
       let current = true;
       model().way(band, start, end).then((way) => current && (this.way = way), () => undefined);
       return () => (current = false);

@@ -116,6 +116,11 @@ export class SurfaceReader {
     this.#left = data.slice(at + whole * stride);
   }
 
+  // What has come of it so far; undefined: nothing yet.
+  soFar(): Surface | undefined {
+    return this.#surface === undefined ? undefined : { ...this.#surface, count: this.#done };
+  }
+
   // An error where elements are missing.
   end(): Surface {
     if (this.#surface === undefined || this.#done < this.#surface.count) throw new Error("the file is not whole");

@@ -70,7 +70,7 @@ export class Site {
     const portFile = join(this.folder, "port");
     rmSync(portFile, { force: true });
     const listen = `127.0.0.1:${this.#port}`;
-    this.#server = spawn(binary, ["--data", join(this.folder, "data"), "--listen", listen, "--port-file", portFile, "--calls-per-second", "0", "--log-level", "off", ...this.serverOptions], { stdio: ["ignore", "ignore", "inherit"] });
+    this.#server = spawn(binary, ["--data", join(this.folder, "data"), "--listen", listen, "--port-file", portFile, "--calls-per-second", "0", "--threads", "1", "--log-level", "off", ...this.serverOptions], { stdio: ["ignore", "ignore", "inherit"] });
     for (let tries = 0; !existsSync(portFile) || readFileSync(portFile, "utf8").trim() === ""; ++tries) {
       if (tries > 600) throw new Error("the server did not come up");
       await new Promise((resolve) => setTimeout(resolve, 50));
@@ -99,6 +99,8 @@ export class Site {
   async tablet(options: BrowserContextOptions = {}, hash = ""): Promise<Page> {
     const context = await this.#browser!.newContext({ viewport: upright, hasTouch: true, locale: "en-GB", ...options });
     context.setDefaultTimeout(45_000);
+    // Short searches: the flat is small, and the machine has other work.
+    await context.addInitScript(() => localStorage.setItem("vantage.search", "quick"));
     const page = await context.newPage();
     page.on("pageerror", (error) => this.errors.push(error.message));
     await page.goto(this.url + hash);

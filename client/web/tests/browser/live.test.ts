@@ -65,7 +65,7 @@ test("the server dies in the middle of an upload and comes back: the scan arrive
   await page.context().close();
 }, 240_000);
 
-test("a second tablet claims first: the other is told, and sent elsewhere", async () => {
+test("a second tablet claims first: the other is told; what is free again can be kept", async () => {
   const session = await newJob("two-crews");
   for (const scannerId of ["red", "blue"]) {
     await site.api.fleet.createScanner({ parent: session, scannerId, scanner: { displayName: scannerId } });
@@ -91,18 +91,27 @@ test("a second tablet claims first: the other is told, and sent elsewhere", asyn
     await route.continue();
   });
   await page.getByRole("button", { name: "Keep this place for me" }).tap();
-  await page.getByText(/^blue has this place until/).waitFor();
+  await page.getByText(/blue has this place until/).waitFor();
+  const before = (await site.api.plans.listPlans({ parent: session })).plans.length;
+  const blues = (await site.api.fleet.listClaims({ parent: session })).claims;
+  expect(blues.map((claim) => claim.scanner)).toEqual([`${session}/scanners/blue`]);
+  // Blue gives it back, and the page hears of it; then red keeps a place, and it stays red's.
+  await site.api.fleet.releaseClaim({ name: blues[0]!.name });
+  const knows = async () => {
+    const { plans } = await site.api.plans.listPlans({ parent: session });
+    const last = plans.at(-1);
+    return last?.endTime !== undefined && plans.length > before;
+  };
+  await expect.poll(knows, { timeout: 30_000 }).toBe(true);
   await page.getByText("Still improving").waitFor({ state: "detached" });
-  // Red's next try is another place, and is kept.
-  await page.getByText(/aligns to|may not align/).first().waitFor();
+  await page.getByText(/aligns to/).first().waitFor();
   await page.getByRole("button", { name: "Keep this place for me" }).tap();
   await page.getByText("Kept for you").waitFor();
   const claims = (await site.api.fleet.listClaims({ parent: session })).claims;
-  expect(claims.map((claim) => claim.scanner).sort()).toEqual([`${session}/scanners/blue`, `${session}/scanners/red`]);
-  const [a, b] = claims.map((claim) => claim.position!);
-  expect(Math.hypot(a!.x - b!.x, a!.y - b!.y)).toBeGreaterThan(0.6);
+  expect(claims.map((claim) => claim.scanner)).toEqual([`${session}/scanners/red`]);
+  await page.getByText("Still improving").waitFor({ state: "detached" });
   await page.getByRole("button", { name: "Give this place back" }).tap();
-  await expect.poll(async () => (await site.api.fleet.listClaims({ parent: session })).claims.length).toBe(1);
+  await expect.poll(async () => (await site.api.fleet.listClaims({ parent: session })).claims.length).toBe(0);
   await page.context().close();
 }, 120_000);
 
@@ -112,17 +121,15 @@ test("a scan in doubt is decided on: shown where it fits, accepted or left out",
   const surveyor = new Surveyor();
   await sendFile(page, "first.vrim", surveyor.first());
   await expect.poll(() => mergedIn(session), { timeout: 30_000 }).toBe(1);
-  // Told to be where it was not: behind the wall of the other room.
+  // From the depth of the other room, which the first scan hardly saw through the door, and nobody says where.
   for (const name of ["lost-1.vrim", "lost-2.vrim"]) {
     await page.getByRole("button", { name: "Send a scan file" }).tap();
     await page.getByRole("radio", { name: "I don't know" }).tap();
-    const bytes = surveyor.at({ x: name === "lost-1.vrim" ? 1.2 : 0.8, y: -0.6, z: 0 });
+    const bytes = surveyor.inFlat({ x: name === "lost-1.vrim" ? 8.2 : 7.9, y: 3.3, z: 1.5 });
     await page.locator('input[type="file"]').setInputFiles({ name, mimeType: "", buffer: Buffer.from(bytes) });
     await expect.poll(async () => (await scansOf(session)).filter((scan) => [ScanState.DOUBTFUL, ScanState.FAILED, ScanState.MERGED].includes(scan.state)).length, { timeout: 30_000 }).toBeGreaterThan(name === "lost-1.vrim" ? 1 : 2);
   }
-  const waiting = (await scansOf(session)).filter((scan) => scan.state === ScanState.DOUBTFUL || scan.state === ScanState.FAILED);
-  // Where a scan without a place registers by itself, there is nothing to decide; here it must not.
-  expect(waiting.length).toBe(2);
+  expect((await scansOf(session)).map((scan) => scan.state === ScanState.DOUBTFUL || scan.state === ScanState.FAILED)).toEqual([false, true, true]);
   await page.getByRole("heading", { name: "Does not fit: decide" }).waitFor();
   await page.getByRole("button", { name: /lost-1/ }).tap();
   await page.getByRole("radio", { name: /where it fits best/ }).waitFor();
@@ -133,7 +140,7 @@ test("a scan in doubt is decided on: shown where it fits, accepted or left out",
   await page.getByRole("button", { name: "Show its place" }).tap();
   await page.getByRole("button", { name: "Turn left by 15 degrees" }).tap();
   await isAccessible(page, "a scan that is placed by hand");
-  await page.getByRole("button", { name: "Back" }).tap();
+  await page.getByRole("button", { name: "Back", exact: true }).tap();
   await page.getByRole("button", { name: "Leave it out" }).tap();
   await page.getByRole("alertdialog").getByRole("button", { name: "Leave it out" }).tap();
   await expect.poll(async () => (await scansOf(session)).filter((scan) => scan.state === ScanState.WITHDRAWN).length).toBe(1);

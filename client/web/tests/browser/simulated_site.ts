@@ -117,6 +117,12 @@ export class Surveyor {
     return scan(this.start, this.heading, ++this.#made);
   }
 
+  // A scan from a place in the flat itself, which nobody knows in the job's frame.
+  inFlat(place: Place): Uint8Array {
+    const seed = ++this.#made;
+    return scan(place, 2 * Math.PI * randomNumbers(1000 + seed)(), seed);
+  }
+
   // A scan from a place in the job's frame; the tripod misses it by some centimetres, and the scanner is turned
   // anyhow.
   at(place: Place): Uint8Array {

@@ -87,6 +87,18 @@ test("a file reads the same in pieces of any size, to a millimetre on a national
   }
 });
 
+test("what has come so far is shown before the rest has", () => {
+  const elements = rooms().slice(0, 100);
+  const reader = new SurfaceReader();
+  const bytes = ply(elements);
+  expect(reader.soFar()).toBeUndefined();
+  reader.add(bytes.subarray(0, bytes.length - 40 * 53 - 7));
+  const part = reader.soFar()!;
+  expect(part.count).toBe(59);
+  expect(Array.from(part.xyz.subarray(0, 3 * 59))).toEqual(Array.from(read(elements).xyz.subarray(0, 3 * 59)));
+  expect(floorPlan(part, 0, Infinity, 0.05, 2500).columns).toBeGreaterThan(0);
+});
+
 test("a file that is cut off, or is another one, is an error", () => {
   const reader = new SurfaceReader();
   reader.add(ply(rooms().slice(0, 10)).subarray(0, 700));
