@@ -1,5 +1,6 @@
 // The model in 3D. Loaded only where it is shown: three.js is larger than the rest of the page.
 import {
+  Box3,
   BufferAttribute,
   BufferGeometry,
   Color,
@@ -216,21 +217,18 @@ export class Solid {
   #lookAtAll(): void {
     const parts = this.#points?.parts ?? [];
     if (parts.length === 0) return;
-    const middle = new Vector3();
-    let weight = 0;
+    const box = new Box3();
     for (const part of parts) {
-      middle.addScaledVector(new Vector3(part.x, part.y, part.z), part.count);
-      weight += part.count;
+      const half = 0.5 * part.radius;
+      box.expandByPoint(new Vector3(part.x - half, part.y - half, part.z - half));
+      box.expandByPoint(new Vector3(part.x + half, part.y + half, part.z + half));
     }
-    middle.divideScalar(weight);
-    let reach = 2;
-    for (const part of parts) {
-      reach = Math.max(reach, middle.distanceTo(new Vector3(part.x, part.y, part.z)) + 0.5 * part.radius);
-    }
+    const middle = box.getCenter(new Vector3());
+    const reach = Math.max(2, box.getSize(new Vector3()).length() / 2);
     this.#controls.target.copy(middle);
     // So far that all of it is in sight, however narrow the screen.
     const narrow = Math.min(1, this.#camera.aspect);
-    const distance = (0.8 * reach) / Math.tan((this.#camera.fov * Math.PI) / 360) / narrow;
+    const distance = (0.7 * reach) / Math.tan((this.#camera.fov * Math.PI) / 360) / narrow;
     const walls = this.#options.direction;
     const direction = new Vector3(Math.cos(walls - 2.1), Math.sin(walls - 2.1), 1.5).normalize();
     this.#camera.position.copy(middle).addScaledVector(direction, distance);

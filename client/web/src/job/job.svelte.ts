@@ -69,7 +69,7 @@ export class Job {
   #outbox: Outbox;
   #running = new AbortController();
   #watching: AbortController | undefined;
-  #measured = "";
+  #measured = new Set<string>();
   #failures = 0;
   #results = new Map<string, Promise<string>>();
   #clock: ReturnType<typeof setInterval> | undefined;
@@ -148,6 +148,12 @@ export class Job {
   // The name of what came of an action, once the server has done it.
   result(id: string): Promise<string> | undefined {
     return this.#results.get(id);
+  }
+
+  // Shows another of the plan's views.
+  showRank(rank: number): void {
+    this.rank = Math.max(0, Math.min(rank, this.views.length - 1));
+    if (this.plan !== undefined && !this.planning) void this.#measure(this.plan, this.target);
   }
 
   // Plans anew although nothing has changed.
@@ -404,25 +410,28 @@ export class Job {
     if (!says && this.plan !== undefined && !(ended && plan.state === PlanState.FAILED)) return;
     if (plan.name !== this.plan?.name) this.rank = 0;
     this.plan = plan;
-    if (ended) void this.#measureFirst(plan);
+    if (ended) void this.#measure(plan, this.target);
   }
 
-  // On a busy server a plan may end before it knows what its first view brings; then that view is asked for by
-  // itself.
-  async #measureFirst(plan: Plan): Promise<void> {
-    const [first, ...others] = plan.result?.views ?? [];
-    if (plan.result === undefined || first?.position === undefined || first.exact || this.#measured === plan.name) return;
-    this.#measured = plan.name;
+  // On a busy server a plan may end before it knows what a view brings; one that somebody looks at is then asked for
+  // by itself.
+  async #measure(plan: Plan, shown: RankedView | undefined): Promise<void> {
+    const views = plan.result?.views ?? [];
+    const index = shown === undefined ? -1 : views.indexOf(shown);
+    const key = `${plan.name} ${index}`;
+    if (plan.result === undefined || shown?.position === undefined || shown.exact || index < 0 || this.#measured.has(key)) return;
+    this.#measured.add(key);
     try {
-      const { position, headingRad } = first;
+      const { position, headingRad } = shown;
       const answer = await plans.evaluateView(
         { parent: this.name, position, headingRad, scannerModelId: plan.scannerModelId },
         { timeoutMs: 2 * patience },
       );
+      const current = this.plan;
+      if (answer.view === undefined || current?.name !== plan.name || current.result === undefined) return;
       // How to find the place stays as the plan has it.
-      if (answer.view === undefined || this.plan?.name !== plan.name) return;
-      const view = { ...answer.view, location: first.location, region: first.region, travelDistanceM: first.travelDistanceM };
-      this.plan = { ...plan, result: { ...plan.result, views: [view, ...others] } };
+      const view = { ...answer.view, location: shown.location, region: shown.region, travelDistanceM: shown.travelDistanceM };
+      this.plan = { ...current, result: { ...current.result, views: current.result.views.map((other, i) => (i === index ? view : other)) } };
     } catch {
       // What is known of it is shown as it is.
     }

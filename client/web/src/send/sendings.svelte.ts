@@ -63,6 +63,9 @@ const notTaken: Partial<Record<FileKind, Key>> = {
   unknown: "send.noScan",
 };
 
+// How long a file that was sent is still listed, ms.
+const sentStays = 10_000;
+
 class Sendings {
   list = $state<Sending[]>([]);
   #count = 0;
@@ -124,6 +127,8 @@ class Sendings {
       const about = `${scanner} ${spot === undefined ? "" : `${spot.x} ${spot.y} ${spot.z}`}`;
       await sendFile(file, about, server, (progress) => (entry.progress = progress), stopped.signal);
       entry.state = "sent";
+      // It is among the scans from now on.
+      setTimeout(() => this.forget(id), sentStays);
     } catch (error) {
       if (stopped.signal.aborted) entry.state = "stopped";
       else if (error instanceof UploadEnded) fail("send.refused", error.message);
