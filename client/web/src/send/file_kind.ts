@@ -2,15 +2,6 @@
 // they are told what to do with it.
 export type FileKind = "rangeImage" | "e57" | "las" | "pcd" | "ply" | "ptx" | "vendor" | "unknown";
 
-// What the head of a range image says of itself.
-export interface RangeImageHead {
-  columns: number;
-  rows: number;
-  // Elevations of the lowest row and of the highest, rad.
-  lowest: number;
-  highest: number;
-}
-
 const vendors = /\.(fls|fws|lsproj|imp|rtc360|zfs|rdbx|rxp|lgs|lgsx|pts|las|laz|jet|nctri)$/i;
 
 export function fileKind(name: string, head: Uint8Array): FileKind {
@@ -25,16 +16,15 @@ export function fileKind(name: string, head: Uint8Array): FileKind {
   return "unknown";
 }
 
-export function rangeImageHead(head: Uint8Array): RangeImageHead | undefined {
-  if (head.length < 48) return undefined;
+// How large a range image is by what its head says (proto/vantage/v1/upload.proto), bytes; undefined where the head
+// cannot be that of one. A file of another size was cut off, or is no range image, and need not be sent to find out.
+export function rangeImageSize(head: Uint8Array): number | undefined {
+  if (head.length < 16) return undefined;
   const view = new DataView(head.buffer, head.byteOffset, head.byteLength);
+  const flags = view.getUint16(6, true);
   const [columns, rows] = [view.getUint32(8, true), view.getUint32(12, true)];
-  if (rows < 2 || rows > 262_144 || columns < 2 || columns > 262_144) return undefined;
-  if (head.length < 32 + 8 * rows) return undefined;
-  return {
-    columns,
-    rows,
-    lowest: view.getFloat64(32, true),
-    highest: view.getFloat64(32 + 8 * (rows - 1), true),
-  };
+  const most = 262_144;
+  if (flags > 7 || columns < 2 || columns > most || rows < 2 || rows > most) return undefined;
+  const cell = 4 + (flags & 2 ? 2 : 0) + (flags & 4 ? 3 : 0);
+  return 32 + 8 * rows + columns * (8 + cell * rows);
 }

@@ -8,7 +8,7 @@ import { PosePriorSchema } from "../gen/vantage/v1/geometry_pb";
 import { UploadState, type Upload } from "../gen/vantage/v1/upload_pb";
 import { upright, type Place as Spot } from "../job/actions";
 import { t, type Key } from "../texts/texts.svelte";
-import { fileKind, type FileKind } from "./file_kind";
+import { fileKind, rangeImageSize, type FileKind } from "./file_kind";
 import { sendFile, UploadEnded, type Place, type Progress, type UploadServer } from "./sending";
 
 export interface Sending {
@@ -102,6 +102,7 @@ class Sendings {
       const head = new Uint8Array(await file.slice(0, 64).arrayBuffer());
       const refusal = notTaken[fileKind(file.name, head)];
       if (refusal !== undefined) return fail(refusal);
+      if (rangeImageSize(head) !== file.size) return fail("send.cutOff");
       const prior = spot === undefined ? undefined : spotPrior(spot);
       const displayName = file.name.replace(/\.[^.]+$/, "").slice(0, 200);
       const server: UploadServer = {

@@ -154,20 +154,59 @@ test("what is no scan, and a job that is deleted while it is shown, are told in 
     ["holiday.jpg", "\xff\xd8\xff\xe0", "This file is no scan."],
     ["hall.e57", "ASTM-E57", "This server reads such files on a computer only so far."],
     ["hall.fls", "\x00\x01", "This is the instrument's own format. Export it as E57 first."],
-    // Begins as a range image and is none.
-    ["broken.vrim", "VRIM\x01\x00", "The file arrived, but it is no sound scan."],
+    ["cut.vrim", "VRIM\x01\x00", "This file is cut off, or no range image."],
   ] as const) {
     await page.getByRole("button", { name: "Send a scan file" }).tap();
     await page.locator('input[type="file"]').setInputFiles({ name, mimeType: "", buffer: Buffer.from(head.padEnd(4000, "\x00"), "latin1") });
     await page.getByText(words).waitFor();
     await page.getByRole("button", { name: "Clear" }).first().tap();
   }
+  // Of the right size, and none all the same: the server finds out.
+  const noise = new Surveyor().first();
+  noise.fill(0x55, 4000, 400_000);
+  await sendFile(page, "noise.vrim", noise);
+  await page.getByText("The file arrived, but it is no sound scan.").waitFor();
   expect((await scansOf(session)).length).toBe(0);
   await site.api.sessions.deleteSession({ name: session });
   await page.getByText("This job is no longer on the server.").first().waitFor();
   await isAccessible(page, "a job that is gone");
   await page.context().close();
 }, 120_000);
+
+test("a page that is hidden holds no connection, and goes on where it was when it is shown", async () => {
+  const session = await newJob("hidden");
+  const page = await site.tablet();
+  const streams = { open: 0, begun: 0 };
+  const isWatch = (url: string) => url.includes("/WatchSession");
+  page.on("request", (request) => {
+    if (!isWatch(request.url())) return;
+    streams.open += 1;
+    streams.begun += 1;
+  });
+  for (const end of ["requestfinished", "requestfailed"] as const) {
+    page.on(end as "requestfailed", (request) => {
+      if (isWatch(request.url())) streams.open -= 1;
+    });
+  }
+  const setHidden = (hidden: boolean) =>
+    page.evaluate((value) => {
+      Object.defineProperty(document, "hidden", { configurable: true, get: () => value });
+      document.dispatchEvent(new Event("visibilitychange"));
+    }, hidden);
+  await page.goto(`${site.url}#/hidden/stations`);
+  await page.getByText("Live").waitFor();
+  await expect.poll(() => streams.open).toBe(1);
+  await setHidden(true);
+  await expect.poll(() => streams.open).toBe(0);
+  // What happens meanwhile is there when the page is shown again.
+  await site.api.fleet.createScanner({ parent: session, scannerId: "red", scanner: { displayName: "red" } });
+  expect(streams.begun).toBe(1);
+  await setHidden(false);
+  await expect.poll(() => streams.open).toBe(1);
+  await goTo(page, "Job");
+  await page.getByRole("radio", { name: "red" }).waitFor();
+  await page.context().close();
+}, 60_000);
 
 test("the server takes every instrument that the page offers", async () => {
   for (const { id, settings } of presets) {

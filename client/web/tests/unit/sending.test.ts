@@ -1,7 +1,8 @@
 import { createHash } from "node:crypto";
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
 import { crc32c } from "../../src/send/crc32c";
-import { fileKind } from "../../src/send/file_kind";
+import { fileKind, rangeImageSize } from "../../src/send/file_kind";
+import { Surveyor } from "../browser/simulated_site";
 import { digest, sendFile, UploadEnded, type Bytes, type Place, type UploadServer } from "../../src/send/sending";
 
 class Passing extends Error {}
@@ -140,4 +141,16 @@ test("files are told apart by how they begin", () => {
   expect(fileKind("a.fls", head("\x01\x02"))).toBe("vendor");
   expect(fileKind("holiday.jpg", head("\xff\xd8\xff"))).toBe("unknown");
   expect(fileKind("empty", new Uint8Array(0))).toBe("unknown");
+});
+
+test("a range image that was cut off is told by its head", () => {
+  const whole = new Surveyor().first();
+  expect(rangeImageSize(whole.subarray(0, 64))).toBe(whole.length);
+  const coloured = whole.slice(0, 64);
+  coloured[6] = 7;
+  // Five bytes more for each cell.
+  const [columns, rows] = [720, 299];
+  expect(rangeImageSize(coloured)).toBe(whole.length + 5 * columns * rows);
+  expect(rangeImageSize(new Uint8Array(64))).toBeUndefined();
+  expect(rangeImageSize(new Uint8Array(3))).toBeUndefined();
 });
