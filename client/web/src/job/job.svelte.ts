@@ -8,6 +8,7 @@ import type { GetCoverageResponse } from "../gen/vantage/v1/model_service_pb";
 import { UploadState } from "../gen/vantage/v1/upload_pb";
 import { send, type Kind, type Payloads } from "./actions";
 import { follow, pause } from "./follow";
+import { freeViews } from "./free_views";
 import { Outbox, type Entry } from "./outbox";
 import {
   apply,
@@ -25,8 +26,6 @@ import { notices } from "./notices.svelte";
 import { search } from "./search_time.svelte";
 
 const pageSize = 1000;
-// Claims nearer than this are in the same place, m: as ClaimView refuses them.
-const samePlace = 0.6;
 
 export type LinkState = "connecting" | "live" | "lost" | "gone" | "unknownTablet";
 
@@ -61,8 +60,13 @@ export class Job {
       freshPlan(this.site, this.scanner)?.name !== this.plan.name,
   );
   readonly claim = $derived(this.site?.claims.find((claim) => this.scanner !== "" && claim.scanner === this.scanner));
-  // Without what somebody else keeps, of which the plan may not know yet.
-  readonly views = $derived<RankedView[]>((this.plan?.result?.views ?? []).filter((view) => !this.#keptByAnother(view)));
+  // Without what is taken, of which the plan may not know yet: so the next choice is there at once, also without a
+  // connection.
+  readonly views = $derived<RankedView[]>(
+    this.site === undefined ? [] : freeViews(this.plan?.result?.views ?? [], this.site, this.scanner, this.waiting),
+  );
+  // What is shown is the place that this scanner has reserved.
+  readonly targetIsKept = $derived(this.#claimedView() !== undefined);
   // Where to go: what this scanner has reserved, where the plan ranks it, else the view that is shown.
   readonly target = $derived<RankedView | undefined>(this.#claimedView() ?? this.views[Math.min(this.rank, this.views.length - 1)]);
 
@@ -167,18 +171,6 @@ export class Job {
     } catch {
       // The link's state says it; asked again with the next change.
     }
-  }
-
-  #keptByAnother(view: RankedView): boolean {
-    const at = view.position;
-    return (this.site?.claims ?? []).some(
-      (claim) =>
-        claim.scanner !== this.scanner &&
-        at !== undefined &&
-        claim.position !== undefined &&
-        Math.hypot(claim.position.x - at.x, claim.position.y - at.y) < samePlace &&
-        Math.abs(claim.position.z - at.z) < samePlace,
-    );
   }
 
   #claimedView(): RankedView | undefined {

@@ -50,9 +50,13 @@ test("the server dies in the middle of an upload and comes back: the scan arrive
 
   // What somebody does meanwhile waits, and says so.
   await goTo(page, "Next");
+  const place = () => page.locator(".find").first().textContent();
+  const refused = await place();
   await page.getByRole("button", { name: "Can't stand here" }).tap();
   await page.getByRole("button", { name: "Not safe" }).tap();
   await page.getByText("1 entry waits to be sent").waitFor();
+  // The place is not shown any more, although no server has heard of it.
+  expect(await place()).not.toBe(refused);
   await isAccessible(page, "without a connection");
   // The tab is opened anew: what waits is still there.
   await site.startServer();
