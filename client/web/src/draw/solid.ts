@@ -49,8 +49,11 @@ export interface SolidMarks {
 // Of a point, m: a little more than a voxel of 5 cm, so that surfaces close.
 const pointSize = 0.065;
 
-// Points on the screen at most.
+// Points on the screen at most; and at least, however slow the tablet.
 export const mostPoints = 500_000;
+const fewestPoints = 15_000;
+// While a thumb moves the model a picture may take so long, ms: 15 a second are enough for the eye to follow.
+const slowest = 60;
 
 export class Solid {
   readonly #renderer: WebGLRenderer;
@@ -64,6 +67,10 @@ export class Solid {
   #points: Points | undefined;
   #options: SolidOptions = { by: "kind", missing: true, cut: Infinity, direction: 0 };
   #asked = 0;
+  // How many points a picture has while a thumb moves the model: as many as come in time.
+  #inTime = mostPoints;
+  #moving = false;
+  #drawnAt = 0;
 
   // Throws where the tablet has no WebGL.
   constructor(canvas: HTMLCanvasElement) {
@@ -73,6 +80,15 @@ export class Solid {
     this.#camera.up.set(0, 0, 1);
     this.#controls = new OrbitControls(this.#camera, canvas);
     this.#controls.addEventListener("change", () => this.draw());
+    this.#controls.addEventListener("start", () => {
+      this.#moving = true;
+      this.#drawnAt = 0;
+    });
+    // At rest, all that may be shown.
+    this.#controls.addEventListener("end", () => {
+      this.#moving = false;
+      this.draw();
+    });
     this.#scene.add(this.#marks);
   }
 
@@ -237,17 +253,31 @@ export class Solid {
     this.#controls.update();
   }
 
+  // Fewer points when the last picture was late, more when there was time.
+  #keepTime(): void {
+    const now = performance.now();
+    const took = now - this.#drawnAt;
+    if (this.#moving && this.#drawnAt > 0) {
+      // A pause of the thumb is no slow picture.
+      if (took > slowest && took < 2000) this.#inTime = Math.max(fewestPoints, Math.min(this.#inTime, this.drawn) * Math.max(0.3, slowest / took));
+      else if (took < slowest / 2) this.#inTime = Math.min(mostPoints, this.#inTime * 1.15);
+    }
+    this.#drawnAt = now;
+  }
+
   #drawNow(): void {
     const points = this.#points;
     if (points !== undefined) {
       const eye = this.#camera.position;
-      const counts = share(points.parts, { x: eye.x, y: eye.y, z: eye.z }, mostPoints);
+      this.#keepTime();
+      const budget = this.#moving ? this.#inTime : mostPoints;
+      const counts = share(points.parts, { x: eye.x, y: eye.y, z: eye.z }, budget);
       this.#clouds.forEach((cloud, i) => {
         const has = cloud.geometry.getAttribute("position").count;
         const count = Math.min(has, counts[i] ?? 0);
         cloud.geometry.setDrawRange(0, count);
         // Fewer points, each larger, cover the same surface.
-        (cloud.material as PointsMaterial).size = pointSize * Math.min(3, Math.sqrt(has / Math.max(1, count)));
+        (cloud.material as PointsMaterial).size = pointSize * Math.min(4, Math.sqrt(has / Math.max(1, count)));
       });
     }
     this.#renderer.render(this.#scene, this.#camera);

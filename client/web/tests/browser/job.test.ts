@@ -93,6 +93,13 @@ test("a job from the first scan to 'enough'", async () => {
   await page.getByRole("heading", { name: /Places to scan from|Scan here next/ }).waitFor();
   await isAccessible(page, "the plan");
   await picture(page, "plan");
+  // By keys alone: a station from the list, and the place in the middle of the plan.
+  await page.getByRole("button", { name: "Station 1", exact: true }).press("Enter");
+  await page.getByRole("heading", { name: "Station 1" }).waitFor();
+  await page.getByRole("region", { name: "Details" }).getByRole("button", { name: "Close" }).press("Enter");
+  await page.getByRole("img", { name: "Plan of the site" }).press("Enter");
+  await page.getByRole("heading", { name: "What a scan here brings" }).waitFor();
+  await page.getByRole("region", { name: "Details" }).getByRole("button", { name: "Close" }).press("Enter");
   const canvas = page.locator("canvas").first();
   const box = (await canvas.boundingBox())!;
   await page.touchscreen.tap(box.x + 0.42 * box.width, box.y + 0.62 * box.height);
