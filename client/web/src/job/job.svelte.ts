@@ -157,7 +157,12 @@ export class Job {
   // Shows another of the plan's views.
   showRank(rank: number): void {
     this.rank = Math.max(0, Math.min(rank, this.views.length - 1));
-    if (this.plan !== undefined && !this.planning) void this.#measure(this.plan, this.target);
+    this.measure(this.target);
+  }
+
+  // Somebody looks at a view: where the plan ended without knowing what it brings, it is asked for.
+  measure(view: RankedView | undefined): void {
+    if (this.plan !== undefined && !this.planning) void this.#measure(this.plan, view);
   }
 
   // Plans anew although nothing has changed.
