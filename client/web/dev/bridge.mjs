@@ -93,8 +93,7 @@ function servePage(request, response) {
   response.writeHead(200, {
     "content-type": types[extname(file)] ?? "application/octet-stream",
     "cache-control": file.includes("/assets/") ? "max-age=31536000, immutable" : "no-cache",
-    "content-security-policy":
-      "default-src 'self'; img-src 'self' blob: data:; worker-src 'self' blob:",
+    "content-security-policy": "default-src 'self'; img-src 'self' blob: data:; worker-src 'self' blob:",
   });
   createReadStream(file).pipe(response);
 }

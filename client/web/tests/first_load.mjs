@@ -9,7 +9,9 @@ const most = 300_000;
 const assets = readdirSync(join(folder, "assets"));
 const first = [
   "index.html",
-  ...assets.filter((name) => /^(index|en)-.*\.(js|css)$/.test(name) || /^model\.worker-/.test(name)).map((name) => join("assets", name)),
+  ...assets
+    .filter((name) => /^(index|en)-.*\.(js|css)$/.test(name) || /^model\.worker-/.test(name))
+    .map((name) => join("assets", name)),
 ];
 const sizes = first.map((name) => [name, gzipSync(readFileSync(join(folder, name)), { level: 9 }).length]);
 const sum = sizes.reduce((total, [, size]) => total + size, 0);
@@ -21,7 +23,9 @@ if (sum > most) {
 // Nothing comes from elsewhere.
 for (const name of ["index.html", ...assets.map((asset) => join("assets", asset))]) {
   const text = readFileSync(join(folder, name), "latin1");
-  const loads = text.match(/(?:src|href)="https?:\/\/[^"]*"|import\("https?:[^"]*"\)|@import[^;]*https?:[^;]*;|url\(["']?https?:[^)]*\)/g);
+  const loads = text.match(
+    /(?:src|href)="https?:\/\/[^"]*"|import\("https?:[^"]*"\)|@import[^;]*https?:[^;]*;|url\(["']?https?:[^)]*\)/g,
+  );
   if (loads !== null) {
     console.error(`${name} loads from elsewhere: ${loads.join(" ")}`);
     process.exit(1);

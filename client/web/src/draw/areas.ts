@@ -32,7 +32,10 @@ export function areasOf(rules: SiteRules | undefined, band: Band, names: Readonl
     const { corners, low, high } = outline(region);
     // By its heights, or by the storey that it names.
     const floor = names.get(region.storey);
-    const here = region.storey === "" ? low < band.floor + 1.5 && high > band.floor : floor !== undefined && Math.abs(floor - band.floor) < 0.5;
+    const here =
+      region.storey === ""
+        ? low < band.floor + 1.5 && high > band.floor
+        : floor !== undefined && Math.abs(floor - band.floor) < 0.5;
     if (here && corners.length >= 3) areas.push({ corners, label: region.name, out: region.weight === 0 });
   }
   for (const box of rules?.keepOut ?? []) {

@@ -91,7 +91,9 @@ export function marksOf(
     if (!on(place)) continue;
     const label = String(site.scans.indexOf(scan) + 1);
     const here = scan.name === what.here?.name;
-    const who = site.scanners.filter((scanner) => lastOf(site, scanner.name) === scan).map((scanner) => what.scannerName(scanner.name));
+    const who = site.scanners
+      .filter((scanner) => lastOf(site, scanner.name) === scan)
+      .map((scanner) => what.scannerName(scanner.name));
     marks.push({ type: "station", scan, label, here, weak: isWeak(scan, required), who: who.join(", "), ...at(place) });
   }
   const target = what.target;
@@ -104,7 +106,9 @@ export function marksOf(
 
 // Where a scanner of the fleet stands, as far as its scans tell.
 function lastOf(site: Site, scanner: string): Scan | undefined {
-  return merged(site).filter((scan) => scan.scanner === scanner).at(-1);
+  return merged(site)
+    .filter((scan) => scan.scanner === scanner)
+    .at(-1);
 }
 
 function at(place: Vector3): Placed {

@@ -101,7 +101,10 @@ export function drawPanorama(
     const length = Math.hypot(point.x - before.x, point.y - before.y);
     const count = Math.max(1, Math.round(length / 0.25));
     for (let k = 1; k <= count; ++k) {
-      steps.push({ x: before.x + ((point.x - before.x) * k) / count, y: before.y + ((point.y - before.y) * k) / count });
+      steps.push({
+        x: before.x + ((point.x - before.x) * k) / count,
+        y: before.y + ((point.y - before.y) * k) / count,
+      });
     }
   });
   for (const step of steps.slice(1, -1)) {
@@ -129,7 +132,10 @@ export function drawPanorama(
   spotHidden = scene.behindWall(spot) || (isHidden(panorama, foot) && isHidden(panorama, head));
   context.setLineDash(spotHidden ? [7, 6] : []);
   context.lineCap = "round";
-  for (const [width, style] of [[9, "#ffffff"], [5, colours.accent]] as const) {
+  for (const [width, style] of [
+    [9, "#ffffff"],
+    [5, colours.accent],
+  ] as const) {
     context.lineWidth = width;
     context.strokeStyle = style;
     context.beginPath();

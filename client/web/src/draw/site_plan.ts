@@ -62,8 +62,12 @@ export function paintRaster(plan: FloorPlan, colours: Colours, showMissing: bool
         [red, green, blue] = colours.missing;
         alpha = 255;
       }
-      for (const [mask, colour] of [[furniture, colours.furniture], [wall, colours.wall]] as const) {
-        const part = fine === 1 ? Number(mask[at]! > 0.5) : covered(mask, plan, (x + 0.5) / fine - 0.5, (y + 0.5) / fine - 0.5);
+      for (const [mask, colour] of [
+        [furniture, colours.furniture],
+        [wall, colours.wall],
+      ] as const) {
+        const part =
+          fine === 1 ? Number(mask[at]! > 0.5) : covered(mask, plan, (x + 0.5) / fine - 0.5, (y + 0.5) / fine - 0.5);
         if (part <= 0) continue;
         if (alpha === 0) [red, green, blue] = colour;
         red += (colour[0] - red) * part;
@@ -120,11 +124,16 @@ function covered(mask: Float32Array, plan: FloorPlan, x: number, y: number): num
 // lies level.
 export function hatched(kind: number, x: number, y: number): boolean {
   switch (kind) {
-    case 1: return x % 6 === 0 && y % 6 === 0;
-    case 2: return (x + y) % 6 < 2;
-    case 3: return x % 4 < 2 && y % 4 < 2;
-    case 4: return y % 5 < 2;
-    default: return false;
+    case 1:
+      return x % 6 === 0 && y % 6 === 0;
+    case 2:
+      return (x + y) % 6 < 2;
+    case 3:
+      return x % 4 < 2 && y % 4 < 2;
+    case 4:
+      return y % 5 < 2;
+    default:
+      return false;
   }
 }
 
@@ -176,11 +185,20 @@ export function draw(
       case "view":
         if (!mark.target) drawRank(context, at, mark.rank, mark === scene.selected, colours, font(16, 700));
         break;
-      case "pending": drawPending(context, at, mark.label, colours, font(15)); break;
-      case "claim": drawClaim(context, at, mark.label, mark.own, colours, font(15)); break;
-      case "station": drawStation(context, at, mark, mark === scene.selected, colours, font(16, 700)); break;
-      case "pose": drawPose(context, at, mark, projection, colours, font(18, 800)); break;
-      default: break;
+      case "pending":
+        drawPending(context, at, mark.label, colours, font(15));
+        break;
+      case "claim":
+        drawClaim(context, at, mark.label, mark.own, colours, font(15));
+        break;
+      case "station":
+        drawStation(context, at, mark, mark === scene.selected, colours, font(16, 700));
+        break;
+      case "pose":
+        drawPose(context, at, mark, projection, colours, font(18, 800));
+        break;
+      default:
+        break;
     }
   }
   for (const mark of scene.marks) {
@@ -195,7 +213,14 @@ function disc(context: CanvasRenderingContext2D, at: Point, radius: number): voi
   context.arc(at.x, at.y, radius, 0, 2 * Math.PI);
 }
 
-function words(context: CanvasRenderingContext2D, text: string, at: Point, fill: string, halo: string, font: string): void {
+function words(
+  context: CanvasRenderingContext2D,
+  text: string,
+  at: Point,
+  fill: string,
+  halo: string,
+  font: string,
+): void {
   context.font = font;
   context.textAlign = "center";
   context.textBaseline = "middle";
@@ -219,7 +244,12 @@ function drawHeat(context: CanvasRenderingContext2D, projection: Projection, hea
   context.globalAlpha = 1;
 }
 
-function drawWay(context: CanvasRenderingContext2D, projection: Projection, way: readonly Point[], colours: Colours): void {
+function drawWay(
+  context: CanvasRenderingContext2D,
+  projection: Projection,
+  way: readonly Point[],
+  colours: Colours,
+): void {
   if (way.length < 2) return;
   const path = new Path2D();
   way.forEach((point, i) => {
@@ -264,7 +294,15 @@ function drawOffset(
   context.strokeStyle = colours.ink;
   context.stroke(line);
   const s = Math.max(0.62, Math.min(0.8, 52 / length));
-  if (length > 60) words(context, offset.label, { x: a.x + s * length * ux, y: a.y + s * length * uy }, colours.ink, colours.paper, font);
+  if (length > 60)
+    words(
+      context,
+      offset.label,
+      { x: a.x + s * length * ux, y: a.y + s * length * uy },
+      colours.ink,
+      colours.paper,
+      font,
+    );
 }
 
 function trace(context: CanvasRenderingContext2D, projection: Projection, corners: readonly Point[]): void {
@@ -276,7 +314,13 @@ function trace(context: CanvasRenderingContext2D, projection: Projection, corner
   });
 }
 
-function drawArea(context: CanvasRenderingContext2D, projection: Projection, area: Area, colours: Colours, font: string): void {
+function drawArea(
+  context: CanvasRenderingContext2D,
+  projection: Projection,
+  area: Area,
+  colours: Colours,
+  font: string,
+): void {
   trace(context, projection, area.corners);
   context.closePath();
   context.lineWidth = 2.5;
@@ -299,11 +343,18 @@ function drawArea(context: CanvasRenderingContext2D, projection: Projection, are
     context.stroke();
     context.restore();
   }
-  const top = area.corners.map((corner) => toScreen(projection, corner)).reduce((best, at) => (at.y < best.y ? at : best));
+  const top = area.corners
+    .map((corner) => toScreen(projection, corner))
+    .reduce((best, at) => (at.y < best.y ? at : best));
   if (area.label !== "") words(context, area.label, { x: top.x, y: top.y - 12 }, colours.ink, colours.ground, font);
 }
 
-function drawOutline(context: CanvasRenderingContext2D, projection: Projection, corners: readonly Point[], colours: Colours): void {
+function drawOutline(
+  context: CanvasRenderingContext2D,
+  projection: Projection,
+  corners: readonly Point[],
+  colours: Colours,
+): void {
   trace(context, projection, corners);
   if (corners.length > 2) context.closePath();
   context.lineWidth = 4;
@@ -318,11 +369,22 @@ function drawOutline(context: CanvasRenderingContext2D, projection: Projection, 
 }
 
 // Where it is as good as at the target.
-function drawRegion(context: CanvasRenderingContext2D, projection: Projection, squares: readonly Point[], edge: number, colours: Colours): void {
+function drawRegion(
+  context: CanvasRenderingContext2D,
+  projection: Projection,
+  squares: readonly Point[],
+  edge: number,
+  colours: Colours,
+): void {
   const half = (edge / 2) * 1.02;
   context.beginPath();
   for (const { x, y } of squares) {
-    [[-half, -half], [half, -half], [half, half], [-half, half]].forEach(([dx = 0, dy = 0], i) => {
+    [
+      [-half, -half],
+      [half, -half],
+      [half, half],
+      [-half, half],
+    ].forEach(([dx = 0, dy = 0], i) => {
       const at = toScreen(projection, { x: x + dx, y: y + dy });
       if (i === 0) context.moveTo(at.x, at.y);
       else context.lineTo(at.x, at.y);
@@ -345,14 +407,26 @@ function drawTarget(context: CanvasRenderingContext2D, at: Point, colours: Colou
   context.lineWidth = 3;
   context.strokeStyle = colours.onAccent;
   context.beginPath();
-  for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]] as const) {
+  for (const [dx, dy] of [
+    [1, 0],
+    [-1, 0],
+    [0, 1],
+    [0, -1],
+  ] as const) {
     context.moveTo(at.x + 4 * dx, at.y + 4 * dy);
     context.lineTo(at.x + 11 * dx, at.y + 11 * dy);
   }
   context.stroke();
 }
 
-function drawRank(context: CanvasRenderingContext2D, at: Point, rank: number, selected: boolean, colours: Colours, font: string): void {
+function drawRank(
+  context: CanvasRenderingContext2D,
+  at: Point,
+  rank: number,
+  selected: boolean,
+  colours: Colours,
+  font: string,
+): void {
   disc(context, at, selected ? 17 : 14);
   context.fillStyle = colours.paper;
   context.fill();
@@ -397,7 +471,13 @@ function drawStation(
   if (mark.who !== "") words(context, mark.who, { x: at.x, y: at.y + 32 }, colours.ink, colours.paper, font);
 }
 
-function drawPending(context: CanvasRenderingContext2D, at: Point, label: string, colours: Colours, font: string): void {
+function drawPending(
+  context: CanvasRenderingContext2D,
+  at: Point,
+  label: string,
+  colours: Colours,
+  font: string,
+): void {
   context.beginPath();
   context.moveTo(at.x, at.y - 15);
   context.lineTo(at.x + 14, at.y + 11);
@@ -411,7 +491,14 @@ function drawPending(context: CanvasRenderingContext2D, at: Point, label: string
   if (label !== "") words(context, label, { x: at.x, y: at.y + 25 }, colours.ink, colours.paper, font);
 }
 
-function drawClaim(context: CanvasRenderingContext2D, at: Point, label: string, own: boolean, colours: Colours, font: string): void {
+function drawClaim(
+  context: CanvasRenderingContext2D,
+  at: Point,
+  label: string,
+  own: boolean,
+  colours: Colours,
+  font: string,
+): void {
   disc(context, at, 24);
   context.lineWidth = 3;
   context.strokeStyle = own ? colours.accent : colours.ink;
@@ -421,7 +508,12 @@ function drawClaim(context: CanvasRenderingContext2D, at: Point, label: string, 
   words(context, label, { x: at.x, y: at.y + 36 }, colours.ink, colours.paper, font);
 }
 
-function drawRejection(context: CanvasRenderingContext2D, projection: Projection, mark: Point & { radius: number }, colours: Colours): void {
+function drawRejection(
+  context: CanvasRenderingContext2D,
+  projection: Projection,
+  mark: Point & { radius: number },
+  colours: Colours,
+): void {
   const at = toScreen(projection, mark);
   const radius = Math.max(10, mark.radius * projection.scale);
   disc(context, at, radius);
@@ -453,7 +545,10 @@ function drawDoor(
   context.setLineDash([3, 5]);
   context.stroke();
   context.setLineDash([]);
-  const beyond = toScreen(projection, { x: mark.x + 0.45 * Math.cos(mark.direction), y: mark.y + 0.45 * Math.sin(mark.direction) });
+  const beyond = toScreen(projection, {
+    x: mark.x + 0.45 * Math.cos(mark.direction),
+    y: mark.y + 0.45 * Math.sin(mark.direction),
+  });
   words(context, "?", beyond, colours.ink, colours.paper, font);
 }
 

@@ -109,7 +109,8 @@ export class Solid {
 
   show(points: Points, options: SolidOptions): void {
     const first = this.#points === undefined;
-    const same = this.#points === points && options.by === this.#options.by && options.missing === this.#options.missing;
+    const same =
+      this.#points === points && options.by === this.#options.by && options.missing === this.#options.missing;
     this.#points = points;
     this.#options = options;
     if (!same) this.#rebuild();
@@ -195,7 +196,12 @@ export class Solid {
         // Three kinds of the same colour, lighter and darker.
         const weight = points.kind[i] === 2 ? 1 : points.kind[i] === 3 ? 0.7 : 0.45;
         const base = dark ? 0 : 1;
-        set(i, base + (missing.r - base) * weight, base + (missing.g - base) * weight, base + (missing.b - base) * weight);
+        set(
+          i,
+          base + (missing.r - base) * weight,
+          base + (missing.g - base) * weight,
+          base + (missing.b - base) * weight,
+        );
         continue;
       }
       const height = (points.xyz[3 * i + 2]! - minZ) / Math.max(0.1, maxZ - minZ);
@@ -205,7 +211,12 @@ export class Solid {
       if (this.#options.by === "density" && points.density[i]! < 127) {
         // The thinner, the more of the accent.
         const lack = 1 - points.density[i]! / 127;
-        set(i, grey.r + (accent.r - grey.r) * lack, grey.g + (accent.g - grey.g) * lack, grey.b + (accent.b - grey.b) * lack);
+        set(
+          i,
+          grey.r + (accent.r - grey.r) * lack,
+          grey.g + (accent.g - grey.g) * lack,
+          grey.b + (accent.b - grey.b) * lack,
+        );
       } else set(i, grey.r, grey.g, grey.b);
     }
     this.#clouds = points.parts.map((part) => {
@@ -224,7 +235,10 @@ export class Solid {
       }
       geometry.setAttribute("position", new BufferAttribute(xyz, 3));
       geometry.setAttribute("color", new BufferAttribute(rgb, 3, true));
-      const cloud = new Cloud(geometry, new PointsMaterial({ size: pointSize, sizeAttenuation: true, vertexColors: true }));
+      const cloud = new Cloud(
+        geometry,
+        new PointsMaterial({ size: pointSize, sizeAttenuation: true, vertexColors: true }),
+      );
       this.#scene.add(cloud);
       return cloud;
     });
@@ -259,7 +273,8 @@ export class Solid {
     const took = now - this.#drawnAt;
     if (this.#moving && this.#drawnAt > 0) {
       // A pause of the thumb is no slow picture.
-      if (took > slowest && took < 2000) this.#inTime = Math.max(fewestPoints, Math.min(this.#inTime, this.drawn) * Math.max(0.3, slowest / took));
+      if (took > slowest && took < 2000)
+        this.#inTime = Math.max(fewestPoints, Math.min(this.#inTime, this.drawn) * Math.max(0.3, slowest / took));
       else if (took < slowest / 2) this.#inTime = Math.min(mostPoints, this.#inTime * 1.15);
     }
     this.#drawnAt = now;

@@ -48,7 +48,9 @@ export function headingOf(rotation: { w: number; x: number; y: number; z: number
   return Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
 }
 
-const senders: { [K in Kind]: (parent: string, requestId: string, what: Payloads[K], time: number) => Promise<string> } = {
+const senders: {
+  [K in Kind]: (parent: string, requestId: string, what: Payloads[K], time: number) => Promise<string>;
+} = {
   async createStation(parent, requestId, { position, scanner, heading }) {
     const station = { position: create(Vector3Schema, position), scanner, headingRad: heading };
     const response = await fleet.createStation({ parent, requestId, station }, { timeoutMs: patience });
@@ -73,7 +75,15 @@ const senders: { [K in Kind]: (parent: string, requestId: string, what: Payloads
   async claimView(parent, requestId, { position, scanner, plan, heading }, time) {
     if (Date.now() - time > claimLasts * 1000) return "";
     const response = await fleet.claimView(
-      { parent, requestId, scanner, position, plan, headingRad: heading, ttl: { seconds: BigInt(claimLasts), nanos: 0 } },
+      {
+        parent,
+        requestId,
+        scanner,
+        position,
+        plan,
+        headingRad: heading,
+        ttl: { seconds: BigInt(claimLasts), nanos: 0 },
+      },
       { timeoutMs: patience },
     );
     return response.claim?.name ?? "";

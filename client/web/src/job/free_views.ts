@@ -34,7 +34,8 @@ export function freeViews(
     if (position === undefined) return false;
     return !taken.some(
       ({ place, radius }) =>
-        Math.hypot(place.x - position.x, place.y - position.y) < radius && Math.abs(place.z - position.z) < anotherFloor,
+        Math.hypot(place.x - position.x, place.y - position.y) < radius &&
+        Math.abs(place.z - position.z) < anotherFloor,
     );
   });
 }

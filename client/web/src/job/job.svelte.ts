@@ -55,9 +55,7 @@ export class Job {
   readonly hasModel = $derived(this.site !== undefined && merged(this.site).length > 0);
   // The plan was made before something happened that it depends on.
   readonly stale = $derived(
-    this.site !== undefined &&
-      this.plan !== undefined &&
-      freshPlan(this.site, this.scanner)?.name !== this.plan.name,
+    this.site !== undefined && this.plan !== undefined && freshPlan(this.site, this.scanner)?.name !== this.plan.name,
   );
   readonly claim = $derived(this.site?.claims.find((claim) => this.scanner !== "" && claim.scanner === this.scanner));
   // Without what is taken, of which the plan may not know yet: so the next choice is there at once, also without a
@@ -68,7 +66,9 @@ export class Job {
   // What is shown is the place that this scanner has reserved.
   readonly targetIsKept = $derived(this.#claimedView() !== undefined);
   // Where to go: what this scanner has reserved, where the plan ranks it, else the view that is shown.
-  readonly target = $derived<RankedView | undefined>(this.#claimedView() ?? this.views[Math.min(this.rank, this.views.length - 1)]);
+  readonly target = $derived<RankedView | undefined>(
+    this.#claimedView() ?? this.views[Math.min(this.rank, this.views.length - 1)],
+  );
 
   #outbox: Outbox;
   #running = new AbortController();
@@ -270,34 +270,35 @@ export class Job {
     const parent = this.name;
     const session = (await sessions.getSession({ name: parent }, options)).session;
     if (session === undefined) throw new Error("no session in the answer");
-    const [scanList, scannerList, claimList, stationList, rejectionList, uploadList, running, coverage] = await Promise.all([
-      pages(async (pageToken) => {
-        const page = await scans.listScans({ parent, pageSize, pageToken }, options);
-        return [page.scans, page.nextPageToken];
-      }),
-      pages(async (pageToken) => {
-        const page = await fleet.listScanners({ parent, pageSize, pageToken }, options);
-        return [page.scanners, page.nextPageToken];
-      }),
-      pages(async (pageToken) => {
-        const page = await fleet.listClaims({ parent, pageSize, pageToken }, options);
-        return [page.claims, page.nextPageToken];
-      }),
-      pages(async (pageToken) => {
-        const page = await fleet.listStations({ parent, pageSize, pageToken }, options);
-        return [page.stations, page.nextPageToken];
-      }),
-      pages(async (pageToken) => {
-        const page = await plans.listRejections({ parent, pageSize, pageToken }, options);
-        return [page.rejections, page.nextPageToken];
-      }),
-      pages(async (pageToken) => {
-        const page = await scans.listUploads({ parent, pageSize, pageToken, states: [UploadState.OPEN] }, options);
-        return [page.uploads, page.nextPageToken];
-      }),
-      plans.listPlans({ parent, pageSize: 200, states: [PlanState.QUEUED, PlanState.RUNNING] }, options),
-      models.getCoverage({ name: parent }, options),
-    ]);
+    const [scanList, scannerList, claimList, stationList, rejectionList, uploadList, running, coverage] =
+      await Promise.all([
+        pages(async (pageToken) => {
+          const page = await scans.listScans({ parent, pageSize, pageToken }, options);
+          return [page.scans, page.nextPageToken];
+        }),
+        pages(async (pageToken) => {
+          const page = await fleet.listScanners({ parent, pageSize, pageToken }, options);
+          return [page.scanners, page.nextPageToken];
+        }),
+        pages(async (pageToken) => {
+          const page = await fleet.listClaims({ parent, pageSize, pageToken }, options);
+          return [page.claims, page.nextPageToken];
+        }),
+        pages(async (pageToken) => {
+          const page = await fleet.listStations({ parent, pageSize, pageToken }, options);
+          return [page.stations, page.nextPageToken];
+        }),
+        pages(async (pageToken) => {
+          const page = await plans.listRejections({ parent, pageSize, pageToken }, options);
+          return [page.rejections, page.nextPageToken];
+        }),
+        pages(async (pageToken) => {
+          const page = await scans.listUploads({ parent, pageSize, pageToken, states: [UploadState.OPEN] }, options);
+          return [page.uploads, page.nextPageToken];
+        }),
+        plans.listPlans({ parent, pageSize: 200, states: [PlanState.QUEUED, PlanState.RUNNING] }, options),
+        models.getCoverage({ name: parent }, options),
+      ]);
     this.coverage = coverage;
     const known = new Map(running.plans.map((plan) => [plan.name, plan]));
     // The last plan that ended well, which is what somebody who opens the page wants to see.
@@ -416,7 +417,14 @@ export class Job {
     const views = plan.result?.views ?? [];
     const index = shown === undefined ? -1 : views.indexOf(shown);
     const key = `${plan.name} ${index}`;
-    if (plan.result === undefined || shown?.position === undefined || shown.exact || index < 0 || this.#measured.has(key)) return;
+    if (
+      plan.result === undefined ||
+      shown?.position === undefined ||
+      shown.exact ||
+      index < 0 ||
+      this.#measured.has(key)
+    )
+      return;
     this.#measured.add(key);
     try {
       const { position, headingRad } = shown;
@@ -427,8 +435,16 @@ export class Job {
       const current = this.plan;
       if (answer.view === undefined || current?.name !== plan.name || current.result === undefined) return;
       // How to find the place stays as the plan has it.
-      const view = { ...answer.view, location: shown.location, region: shown.region, travelDistanceM: shown.travelDistanceM };
-      this.plan = { ...current, result: { ...current.result, views: current.result.views.map((other, i) => (i === index ? view : other)) } };
+      const view = {
+        ...answer.view,
+        location: shown.location,
+        region: shown.region,
+        travelDistanceM: shown.travelDistanceM,
+      };
+      this.plan = {
+        ...current,
+        result: { ...current.result, views: current.result.views.map((other, i) => (i === index ? view : other)) },
+      };
     } catch {
       // What is known of it is shown as it is.
     }

@@ -25,7 +25,12 @@ class Notices {
   #count = 0;
 
   say(key: Key, parameters: Parameters = {}, undo?: () => void): void {
-    this.#show({ words: t(key, parameters), detail: String(parameters.detail ?? ""), bad: key.startsWith("error."), undo });
+    this.#show({
+      words: t(key, parameters),
+      detail: String(parameters.detail ?? ""),
+      bad: key.startsWith("error."),
+      undo,
+    });
   }
 
   close(id: number): void {
@@ -35,9 +40,13 @@ class Notices {
   refused(entry: Entry, error: unknown, job: Job): void {
     const conflict = claimConflict(error);
     if (conflict !== undefined) {
-      const until = conflict.expireTime === undefined ? "" : clock(new Date(seconds(conflict.expireTime) * 1000), texts.locale);
+      const until =
+        conflict.expireTime === undefined ? "" : clock(new Date(seconds(conflict.expireTime) * 1000), texts.locale);
       this.#show({
-        words: t(conflict.samePlace ? "claim.taken" : "claim.covered", { scanner: job.scannerName(conflict.scanner), until }),
+        words: t(conflict.samePlace ? "claim.taken" : "claim.covered", {
+          scanner: job.scannerName(conflict.scanner),
+          until,
+        }),
         detail: "",
         bad: true,
       });
@@ -46,7 +55,11 @@ class Notices {
       return;
     }
     const { key, detail } = explain(error);
-    this.#show({ words: t("outbox.refused", { action: t(`action.${entry.kind}` as Key), why: t(key) }), detail, bad: true });
+    this.#show({
+      words: t("outbox.refused", { action: t(`action.${entry.kind}` as Key), why: t(key) }),
+      detail,
+      bad: true,
+    });
   }
 
   // What somebody wants to know who looks elsewhere.

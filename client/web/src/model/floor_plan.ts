@@ -80,8 +80,7 @@ export function floorPlan(surface: Surface, floor: number, top: number, size: nu
   for (let i = 0; i < count; ++i) {
     const z = xyz[3 * i + 2]!;
     if (z < low || z > high) continue;
-    const at =
-      Math.floor((xyz[3 * i + 1]! - minY) / edge) * columns + Math.floor((xyz[3 * i]! - minX) / edge);
+    const at = Math.floor((xyz[3 * i + 1]! - minY) / edge) * columns + Math.floor((xyz[3 * i]! - minX) / edge);
     const over = z + origin.z - floor;
     const area = surface.area[i]!;
     if (surface.kind[i] === kind.measured) {
@@ -123,7 +122,10 @@ export function floorPlan(surface: Surface, floor: number, top: number, size: nu
     cells,
     missing,
     direction: mainDirection(turns),
-    extent: extentOf(cells, columns, rows).map(([x, y]) => ({ x: minX + origin.x + x * edge, y: minY + origin.y + y * edge })),
+    extent: extentOf(cells, columns, rows).map(([x, y]) => ({
+      x: minX + origin.x + x * edge,
+      y: minY + origin.y + y * edge,
+    })),
   };
 }
 
@@ -183,7 +185,8 @@ export function squaresAround(
     for (let x = box.min.x + edge / 2; x < box.max.x; x += edge) {
       const at = Math.floor((y - plan.y) / plan.size) * plan.columns + Math.floor((x - plan.x) / plan.size);
       const what = plan.cells[at];
-      if ((what === cell.floor || what === cell.thinFloor) && !wallBetween(plan, place, { x, y })) squares.push({ x, y });
+      if ((what === cell.floor || what === cell.thinFloor) && !wallBetween(plan, place, { x, y }))
+        squares.push({ x, y });
     }
   }
   return squares;
@@ -226,7 +229,8 @@ export function wayOver(
           near = Math.min(near, Math.hypot(dx, dy));
         }
       }
-      cost[at] = near === 0 ? Infinity : (known[at] === 1 ? 1 : 3) * (near <= reach ? 1 + (4 * (reach - near + 1)) / reach : 1);
+      cost[at] =
+        near === 0 ? Infinity : (known[at] === 1 ? 1 : 3) * (near <= reach ? 1 + (4 * (reach - near + 1)) / reach : 1);
     }
   }
   const cellOf = (p: { x: number; y: number }) => {
@@ -284,7 +288,13 @@ export function wayOver(
 }
 
 // Dijkstra over eight neighbours; for each cell that was reached, the one before it.
-function shortest(cost: Float32Array, columns: number, rows: number, start: number, goal: number): Int32Array | undefined {
+function shortest(
+  cost: Float32Array,
+  columns: number,
+  rows: number,
+  start: number,
+  goal: number,
+): Int32Array | undefined {
   const far = new Float64Array(cost.length).fill(Infinity);
   const before = new Int32Array(cost.length).fill(-1);
   const heap: [number, number][] = [[0, start]];

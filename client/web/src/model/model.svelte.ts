@@ -81,7 +81,8 @@ export class Model {
 
   // Fetches the model where it has changed since. What is there stays until the new one is whole.
   async refresh(version: bigint): Promise<void> {
-    if (version === 0n || version === this.version || (this.#fetching !== undefined && this.#wanted === version)) return;
+    if (version === 0n || version === this.version || (this.#fetching !== undefined && this.#wanted === version))
+      return;
     this.#fetching?.abort();
     const fetching = new AbortController();
     this.#fetching = fetching;
@@ -129,7 +130,11 @@ export class Model {
     return answer.what === "plan" ? answer.plan : undefined;
   }
 
-  async way(storey: StoreyBand, from: { x: number; y: number }, to: { x: number; y: number }): Promise<{ x: number; y: number }[]> {
+  async way(
+    storey: StoreyBand,
+    from: { x: number; y: number },
+    to: { x: number; y: number },
+  ): Promise<{ x: number; y: number }[]> {
     const clearance = (this.#job.site?.session.planningConfig?.scannerWidthM ?? 0.6) / 2;
     const place = ({ x, y }: { x: number; y: number }) => ({ x, y });
     const answer = await this.#ask({ what: "way", ...this.#band(storey), from: place(from), to: place(to), clearance });
@@ -211,4 +216,3 @@ export class Model {
     return worker;
   }
 }
-

@@ -85,7 +85,10 @@ function answer(ask: Ask): Answer {
       return { what: "plan", plan: planOf(ask.floor, ask.top, ask.size, ask.required) };
     case "way": {
       const plan = planOf(ask.floor, ask.top, ask.size, ask.required);
-      return { what: "way", way: plan === undefined ? [ask.from, ask.to] : wayOver(plan, ask.from, ask.to, ask.clearance) };
+      return {
+        what: "way",
+        way: plan === undefined ? [ask.from, ask.to] : wayOver(plan, ask.from, ask.to, ask.clearance),
+      };
     }
     case "points":
       return { what: "points", points: surface === undefined ? undefined : arrange(surface, ask.required) };

@@ -106,7 +106,7 @@ export class PanoramaPainter {
     const [y0, y1] = [Math.max(0, Math.floor(at.y - radius)), Math.min(picture.height - 1, Math.floor(at.y + radius))];
     for (let py = y0; py <= y1; ++py) {
       for (let px = x0; px <= x1; ++px) {
-        const pixel = py * picture.width + ((px % picture.width) + picture.width) % picture.width;
+        const pixel = py * picture.width + (((px % picture.width) + picture.width) % picture.width);
         if (at.range < picture.range[pixel]!) {
           picture.range[pixel] = at.range;
           this.#intensity[pixel] = intensity;

@@ -22,12 +22,22 @@ export class PlanPicture {
   raster = $state.raw<FloorPlan | undefined>(undefined);
   way = $state.raw<readonly Place[]>([]);
 
-  constructor(model: () => Model, storey: () => StoreyBand, from: () => Vector3 | undefined, to: () => Vector3 | undefined) {
+  constructor(
+    model: () => Model,
+    storey: () => StoreyBand,
+    from: () => Vector3 | undefined,
+    to: () => Vector3 | undefined,
+  ) {
     $effect(() => {
       const band = storey();
       if (model().stamp === 0) return;
       let current = true;
-      model().plan(band).then((raster) => current && (this.raster = raster), () => undefined);
+      model()
+        .plan(band)
+        .then(
+          (raster) => current && (this.raster = raster),
+          () => undefined,
+        );
       return () => (current = false);
     });
     $effect(() => {
@@ -40,7 +50,12 @@ export class PlanPicture {
       this.way = [start, end];
       if (model().stamp === 0) return;
       let current = true;
-      model().way(band, start, end).then((way) => current && (this.way = way), () => undefined);
+      model()
+        .way(band, start, end)
+        .then(
+          (way) => current && (this.way = way),
+          () => undefined,
+        );
       return () => (current = false);
     });
   }
@@ -56,10 +71,12 @@ export class PanoramaPicture {
       // The model fills what was too near for the scan; which version of it does not matter.
       if (shown === undefined || !hasModel) return;
       const fetching = new AbortController();
-      model().panorama(shown, fetching.signal).then(
-        (panorama) => !fetching.signal.aborted && (this.panorama = panorama),
-        () => undefined,
-      );
+      model()
+        .panorama(shown, fetching.signal)
+        .then(
+          (panorama) => !fetching.signal.aborted && (this.panorama = panorama),
+          () => undefined,
+        );
       return () => fetching.abort();
     });
   }

@@ -53,7 +53,10 @@ export function arrange(surface: Surface, required: number): Points {
       const j = Math.floor(random() * (i + 1));
       [group[i], group[j]] = [group[j]!, group[i]!];
     }
-    const [lower, upper] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
+    const [lower, upper] = [
+      [Infinity, Infinity, Infinity],
+      [-Infinity, -Infinity, -Infinity],
+    ];
     group.forEach((from, i) => {
       const to = first + i;
       for (let axis = 0; axis < 3; ++axis) {

@@ -23,20 +23,49 @@ export interface Surface {
 }
 
 const sizes: Record<string, number> = {
-  char: 1, uchar: 1, int8: 1, uint8: 1, short: 2, ushort: 2, int16: 2, uint16: 2,
-  int: 4, uint: 4, int32: 4, uint32: 4, float: 4, float32: 4, double: 8, float64: 8,
+  char: 1,
+  uchar: 1,
+  int8: 1,
+  uint8: 1,
+  short: 2,
+  ushort: 2,
+  int16: 2,
+  uint16: 2,
+  int: 4,
+  uint: 4,
+  int32: 4,
+  uint32: 4,
+  float: 4,
+  float32: 4,
+  double: 8,
+  float64: 8,
 };
 
 function read(view: DataView, at: number, type: string): number {
   switch (type) {
-    case "char": case "int8": return view.getInt8(at);
-    case "uchar": case "uint8": return view.getUint8(at);
-    case "short": case "int16": return view.getInt16(at, true);
-    case "ushort": case "uint16": return view.getUint16(at, true);
-    case "int": case "int32": return view.getInt32(at, true);
-    case "uint": case "uint32": return view.getUint32(at, true);
-    case "float": case "float32": return view.getFloat32(at, true);
-    default: return view.getFloat64(at, true);
+    case "char":
+    case "int8":
+      return view.getInt8(at);
+    case "uchar":
+    case "uint8":
+      return view.getUint8(at);
+    case "short":
+    case "int16":
+      return view.getInt16(at, true);
+    case "ushort":
+    case "uint16":
+      return view.getUint16(at, true);
+    case "int":
+    case "int32":
+      return view.getInt32(at, true);
+    case "uint":
+    case "uint32":
+      return view.getUint32(at, true);
+    case "float":
+    case "float32":
+      return view.getFloat32(at, true);
+    default:
+      return view.getFloat64(at, true);
   }
 }
 

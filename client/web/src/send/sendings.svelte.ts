@@ -108,7 +108,9 @@ class Sendings {
       const server: UploadServer = {
         async begin(requestId, total) {
           const upload = { displayName, scanner, prior, total: { encodedSizeBytes: total.size, sha256: total.sha256 } };
-          return placeOf((await scans.createUpload({ parent: session, requestId, upload }, { timeoutMs: patience })).upload);
+          return placeOf(
+            (await scans.createUpload({ parent: session, requestId, upload }, { timeoutMs: patience })).upload,
+          );
         },
         async get(name) {
           return placeOf((await scans.getUpload({ name }, { timeoutMs: patience })).upload);

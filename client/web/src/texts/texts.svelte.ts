@@ -14,7 +14,8 @@ class Texts {
   language = $state<Language>("en");
   // How numbers and times are written: as where the tablet comes from, if that speaks the language.
   readonly locale = $derived(
-    navigator.languages.find((tag) => tag.toLowerCase().startsWith(this.language)) ?? (this.language === "en" ? "en-GB" : this.language),
+    navigator.languages.find((tag) => tag.toLowerCase().startsWith(this.language)) ??
+      (this.language === "en" ? "en-GB" : this.language),
   );
   #sentences = $state<Record<string, string>>({});
 

@@ -2,11 +2,7 @@
 // here it is decided which of them are said, and with which figures.
 import type { Parameters, Key } from "../texts/texts.svelte";
 import type { RankedView } from "../gen/vantage/v1/plan_pb";
-import {
-  RegistrationBasis,
-  RegistrationOutcome,
-  type RegistrationVerdict,
-} from "../gen/vantage/v1/registration_pb";
+import { RegistrationBasis, RegistrationOutcome, type RegistrationVerdict } from "../gen/vantage/v1/registration_pb";
 import type { Vector3 } from "../gen/vantage/v1/geometry_pb";
 import { accuracy, area, areaRange, metres, metresFine, percent } from "./numbers";
 
@@ -15,7 +11,11 @@ export type Say = (key: Key, parameters?: Parameters) => string;
 // Which side of somebody who walks from `from` to `to` the direction `away` (from the place to a
 // wall) lies on. Ahead and behind take a quarter turn each, left and right the others.
 export type Side = "ahead" | "left" | "behind" | "right";
-export function sideOf(from: { x: number; y: number }, to: { x: number; y: number }, away: { x: number; y: number }): Side {
+export function sideOf(
+  from: { x: number; y: number },
+  to: { x: number; y: number },
+  away: { x: number; y: number },
+): Side {
   const walk = Math.atan2(to.y - from.y, to.x - from.x);
   const turn = Math.atan2(Math.sin(Math.atan2(away.y, away.x) - walk), Math.cos(Math.atan2(away.y, away.x) - walk));
   if (Math.abs(turn) <= Math.PI / 4) return "ahead";
@@ -25,7 +25,11 @@ export function sideOf(from: { x: number; y: number }, to: { x: number; y: numbe
 
 // What a scan from there brings, m2: the forecast and the range it lies in in four cases of five. A view
 // whose gain is not known to its end yet has none.
-export function gainHeadline(view: RankedView, say: Say, language: string): { figure: string; range: string } | undefined {
+export function gainHeadline(
+  view: RankedView,
+  say: Say,
+  language: string,
+): { figure: string; range: string } | undefined {
   const expected = view.expectedGainM2 > 0 ? view.expectedGainM2 : view.modelGainM2;
   // Not scored to its end: what it brings at least, where that is something.
   if (expected <= 0 && view.modelGainLowerM2 >= 0.1) {
@@ -78,7 +82,12 @@ export interface Alignment {
   why: string;
 }
 
-export function alignment(verdict: RegistrationVerdict | undefined, made: boolean, say: Say, language: string): Alignment {
+export function alignment(
+  verdict: RegistrationVerdict | undefined,
+  made: boolean,
+  say: Say,
+  language: string,
+): Alignment {
   if (verdict === undefined) return { standing: "unknown", words: say("align.unknown"), why: "" };
   const bound = { accuracy: accuracy(verdict.errorBoundM, language) };
   if (verdict.outcome === RegistrationOutcome.REGISTERED) {

@@ -16,7 +16,12 @@ import { PlanService } from "../../src/gen/vantage/v1/plan_service_pb";
 import { ScanService } from "../../src/gen/vantage/v1/scan_service_pb";
 import { SessionService } from "../../src/gen/vantage/v1/session_service_pb";
 
-const browserPaths = [process.env.VANTAGE_BROWSER ?? "", "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
+const browserPaths = [
+  process.env.VANTAGE_BROWSER ?? "",
+  "/usr/bin/chromium",
+  "/usr/bin/chromium-browser",
+  "/usr/bin/google-chrome",
+];
 
 export const upright = { width: 800, height: 1280 };
 export const lying = { width: 1280, height: 800 };
@@ -32,15 +37,22 @@ export class Site {
 
   async start(): Promise<void> {
     await this.startServer();
-    const bridge = spawn(process.execPath, ["dev/bridge.mjs", "--server", `127.0.0.1:${this.#port}`, "--listen", "127.0.0.1:0"], {
-      stdio: ["ignore", "pipe", "inherit"],
-    });
+    const bridge = spawn(
+      process.execPath,
+      ["dev/bridge.mjs", "--server", `127.0.0.1:${this.#port}`, "--listen", "127.0.0.1:0"],
+      {
+        stdio: ["ignore", "pipe", "inherit"],
+      },
+    );
     this.#bridge = bridge;
     const [line] = (await once(createInterface({ input: bridge.stdout! }), "line")) as [string];
     this.url = line;
     const executablePath = browserPaths.find((path) => path !== "" && existsSync(path));
     // No sandbox: tests run as root in containers. WebGL in software.
-    this.#browser = await chromium.launch({ executablePath, args: ["--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader"] });
+    this.#browser = await chromium.launch({
+      executablePath,
+      args: ["--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader"],
+    });
   }
 
   // What the server's command line has besides.
@@ -70,7 +82,25 @@ export class Site {
     const portFile = join(this.folder, "port");
     rmSync(portFile, { force: true });
     const listen = `127.0.0.1:${this.#port}`;
-    this.#server = spawn(binary, ["--data", join(this.folder, "data"), "--listen", listen, "--port-file", portFile, "--calls-per-second", "0", "--threads", "1", "--log-level", "off", ...this.serverOptions], { stdio: ["ignore", "ignore", "inherit"] });
+    this.#server = spawn(
+      binary,
+      [
+        "--data",
+        join(this.folder, "data"),
+        "--listen",
+        listen,
+        "--port-file",
+        portFile,
+        "--calls-per-second",
+        "0",
+        "--threads",
+        "1",
+        "--log-level",
+        "off",
+        ...this.serverOptions,
+      ],
+      { stdio: ["ignore", "ignore", "inherit"] },
+    );
     for (let tries = 0; !existsSync(portFile) || readFileSync(portFile, "utf8").trim() === ""; ++tries) {
       if (tries > 600) throw new Error("the server did not come up");
       await new Promise((resolve) => setTimeout(resolve, 50));
@@ -107,7 +137,13 @@ export class Site {
     return page;
   }
 
-  get api(): { sessions: Client<typeof SessionService>; scans: Client<typeof ScanService>; plans: Client<typeof PlanService>; fleet: Client<typeof FleetService>; models: Client<typeof ModelService> } {
+  get api(): {
+    sessions: Client<typeof SessionService>;
+    scans: Client<typeof ScanService>;
+    plans: Client<typeof PlanService>;
+    fleet: Client<typeof FleetService>;
+    models: Client<typeof ModelService>;
+  } {
     const transport = createConnectTransport({
       baseUrl: this.url,
       httpVersion: "1.1",
@@ -136,14 +172,18 @@ export async function isAccessible(page: Page, what: string): Promise<void> {
     const result = await (window as unknown as { axe: typeof axe }).axe.run(document, {
       runOnly: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"],
     });
-    return result.violations.map((violation) => `${violation.id}: ${violation.nodes.map((node) => node.html.slice(0, 160)).join(" | ")}`);
+    return result.violations.map(
+      (violation) => `${violation.id}: ${violation.nodes.map((node) => node.html.slice(0, 160)).join(" | ")}`,
+    );
   });
   expect(violations, what).toEqual([]);
 }
 
 export async function sendFile(page: Page, name: string, bytes: Uint8Array): Promise<void> {
   await page.getByRole("button", { name: "Send a scan file" }).tap();
-  await page.locator('input[type="file"]').setInputFiles({ name, mimeType: "application/octet-stream", buffer: Buffer.from(bytes) });
+  await page
+    .locator('input[type="file"]')
+    .setInputFiles({ name, mimeType: "application/octet-stream", buffer: Buffer.from(bytes) });
 }
 
 // A tap on one of the screens below (or beside) the page.

@@ -17,7 +17,10 @@ async function picture(page: Page, name: string): Promise<void> {
   const folder = process.env.VANTAGE_SCREENSHOTS;
   if (folder === undefined) return;
   mkdirSync(folder, { recursive: true });
-  for (const [size, suffix] of [[upright, "800"], [lying, "1280"]] as const) {
+  for (const [size, suffix] of [
+    [upright, "800"],
+    [lying, "1280"],
+  ] as const) {
     await page.setViewportSize(size);
     await page.waitForTimeout(400);
     await page.screenshot({ path: `${folder}/${name}-${suffix}.png` });
@@ -58,7 +61,9 @@ test("a job from the first scan to 'enough'", async () => {
       await page.getByRole("button", { name: "Can't stand here" }).tap();
       await isAccessible(page, "why nobody can stand there");
       await page.getByRole("button", { name: "Something is in the way" }).tap();
-      await expect.poll(async () => (await plans.listRejections({ parent: session })).rejections.length).toBe(before + 1);
+      await expect
+        .poll(async () => (await plans.listRejections({ parent: session })).rejections.length)
+        .toBe(before + 1);
       await page.getByRole("button", { name: "Undo" }).first().tap();
       await expect.poll(async () => (await plans.listRejections({ parent: session })).rejections.length).toBe(before);
       await page.getByText("Still improving").waitFor({ state: "detached" });
@@ -71,11 +76,20 @@ test("a job from the first scan to 'enough'", async () => {
     await page.getByText("Made, data to come").waitFor();
     if (made === 1) await isAccessible(page, "stations");
     await sendFile(page, `scan-${made + 1}.vrim`, surveyor.at(station!.position!));
-    await expect.poll(async () => (await scans.listScans({ parent: session })).scans.filter((scan) => scan.merge !== undefined).length, { timeout: 60_000 }).toBe(made + 1);
+    await expect
+      .poll(
+        async () =>
+          (await scans.listScans({ parent: session })).scans.filter((scan) => scan.merge !== undefined).length,
+        { timeout: 60_000 },
+      )
+      .toBe(made + 1);
     // The station's scan has come: it waits no more.
     await expect.poll(async () => (await stations()).length).toBe(0);
     await goTo(page, "Next");
-    await page.getByText(/Scan here next|Done here|Nowhere left to stand|No place would align/).first().waitFor();
+    await page
+      .getByText(/Scan here next|Done here|Nowhere left to stand|No place would align/)
+      .first()
+      .waitFor();
     await page.getByText("Still improving").waitFor({ state: "detached" });
     enough = (await page.getByText(/Enough scanned|Done here/).count()) > 0;
   }

@@ -20,7 +20,8 @@ async function newJob(id: string): Promise<string> {
   return `sessions/${id}`;
 }
 const scansOf = async (session: string) => (await site.api.scans.listScans({ parent: session })).scans;
-const mergedIn = async (session: string) => (await scansOf(session)).filter((scan) => scan.state === ScanState.MERGED).length;
+const mergedIn = async (session: string) =>
+  (await scansOf(session)).filter((scan) => scan.state === ScanState.MERGED).length;
 
 test("the server dies in the middle of an upload and comes back: the scan arrives once; what was done meanwhile is sent once", async () => {
   const session = await newJob("power-cut");
@@ -108,7 +109,10 @@ test("a second tablet claims first: the other is told; what is free again can be
   };
   await expect.poll(knows, { timeout: 30_000 }).toBe(true);
   await page.getByText("Still improving").waitFor({ state: "detached" });
-  await page.getByText(/aligns to/).first().waitFor();
+  await page
+    .getByText(/aligns to/)
+    .first()
+    .waitFor();
   await page.getByRole("button", { name: "Keep this place for me" }).tap();
   await page.getByText("Kept for you").waitFor();
   const claims = (await site.api.fleet.listClaims({ parent: session })).claims;
@@ -131,9 +135,19 @@ test("a scan in doubt is decided on: shown where it fits, accepted or left out",
     await page.getByRole("radio", { name: "I don't know" }).tap();
     const bytes = surveyor.inFlat({ x: name === "lost-1.vrim" ? 8.2 : 7.9, y: 3.3, z: 1.5 });
     await page.locator('input[type="file"]').setInputFiles({ name, mimeType: "", buffer: Buffer.from(bytes) });
-    await expect.poll(async () => (await scansOf(session)).filter((scan) => [ScanState.DOUBTFUL, ScanState.FAILED, ScanState.MERGED].includes(scan.state)).length, { timeout: 30_000 }).toBeGreaterThan(name === "lost-1.vrim" ? 1 : 2);
+    await expect
+      .poll(
+        async () =>
+          (await scansOf(session)).filter((scan) =>
+            [ScanState.DOUBTFUL, ScanState.FAILED, ScanState.MERGED].includes(scan.state),
+          ).length,
+        { timeout: 30_000 },
+      )
+      .toBeGreaterThan(name === "lost-1.vrim" ? 1 : 2);
   }
-  expect((await scansOf(session)).map((scan) => scan.state === ScanState.DOUBTFUL || scan.state === ScanState.FAILED)).toEqual([false, true, true]);
+  expect(
+    (await scansOf(session)).map((scan) => scan.state === ScanState.DOUBTFUL || scan.state === ScanState.FAILED),
+  ).toEqual([false, true, true]);
   await page.getByRole("heading", { name: "Does not fit: decide" }).waitFor();
   await page.getByRole("button", { name: /lost-1/ }).tap();
   await page.getByRole("radio", { name: /where it fits best/ }).waitFor();
@@ -147,7 +161,9 @@ test("a scan in doubt is decided on: shown where it fits, accepted or left out",
   await page.getByRole("button", { name: "Back", exact: true }).tap();
   await page.getByRole("button", { name: "Leave it out" }).tap();
   await page.getByRole("alertdialog").getByRole("button", { name: "Leave it out" }).tap();
-  await expect.poll(async () => (await scansOf(session)).filter((scan) => scan.state === ScanState.WITHDRAWN).length).toBe(1);
+  await expect
+    .poll(async () => (await scansOf(session)).filter((scan) => scan.state === ScanState.WITHDRAWN).length)
+    .toBe(1);
   await page.context().close();
 }, 120_000);
 
@@ -161,7 +177,9 @@ test("what is no scan, and a job that is deleted while it is shown, are told in 
     ["cut.vrim", "VRIM\x01\x00", "This file is cut off, or no range image."],
   ] as const) {
     await page.getByRole("button", { name: "Send a scan file" }).tap();
-    await page.locator('input[type="file"]').setInputFiles({ name, mimeType: "", buffer: Buffer.from(head.padEnd(4000, "\x00"), "latin1") });
+    await page
+      .locator('input[type="file"]')
+      .setInputFiles({ name, mimeType: "", buffer: Buffer.from(head.padEnd(4000, "\x00"), "latin1") });
     await page.getByText(words).waitFor();
     await page.getByRole("button", { name: "Clear" }).first().tap();
   }
@@ -215,7 +233,10 @@ test("a page that is hidden holds no connection, and goes on where it was when i
 test("the server takes every instrument that the page offers", async () => {
   for (const { id, settings } of presets) {
     for (const setting of ["", ...settings]) {
-      const session = create(SessionSchema, { scannerModels: [{ preset: id, setting }], planningConfig: { requiredDensityPerM2: 400 } });
+      const session = create(SessionSchema, {
+        scannerModels: [{ preset: id, setting }],
+        planningConfig: { requiredDensityPerM2: 400 },
+      });
       const made = (await site.api.sessions.createSession({ session })).session!;
       // The usual setting is the first in the list.
       if (setting === "") expect(made.scannerModels[0]!.setting).toBe(settings[0]);

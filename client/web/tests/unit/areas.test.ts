@@ -3,12 +3,29 @@ import { expect, test } from "vitest";
 import { areasOf, crossesItself } from "../../src/draw/areas";
 import { SiteRulesSchema } from "../../src/gen/vantage/v1/planning_config_pb";
 
-const square = [{ x: 0, y: 0 }, { x: 4, y: 0 }, { x: 4, y: 3 }, { x: 0, y: 3 }];
+const square = [
+  { x: 0, y: 0 },
+  { x: 4, y: 0 },
+  { x: 4, y: 3 },
+  { x: 0, y: 3 },
+];
 
 test("an outline that crosses itself is told, in either sense and from any corner", () => {
   const bow = [square[0]!, square[2]!, square[1]!, square[3]!];
-  const hook = [{ x: 0, y: 0 }, { x: 4, y: 0 }, { x: 4, y: 4 }, { x: 2, y: 4 }, { x: 2, y: 2 }, { x: 0, y: 2 }];
-  for (const [corners, crosses] of [[square, false], [bow, true], [hook, false], [square.slice(0, 3), false]] as const) {
+  const hook = [
+    { x: 0, y: 0 },
+    { x: 4, y: 0 },
+    { x: 4, y: 4 },
+    { x: 2, y: 4 },
+    { x: 2, y: 2 },
+    { x: 0, y: 2 },
+  ];
+  for (const [corners, crosses] of [
+    [square, false],
+    [bow, true],
+    [hook, false],
+    [square.slice(0, 3), false],
+  ] as const) {
     for (let turn = 0; turn < corners.length; ++turn) {
       const turned = [...corners.slice(turn), ...corners.slice(0, turn)];
       expect(crossesItself(turned)).toBe(crosses);

@@ -50,9 +50,17 @@ function job(streams: ((after: bigint, signal: AbortSignal) => AsyncGenerator<Wa
 
 test("a stream that breaks is begun again after the last event that was heard", async () => {
   const it = job([
-    async function* () { yield happened(1n); yield happened(2n); throw new Broken(); },
-    async function* () { throw new Broken(); },
-    async function* () { yield happened(3n); },
+    async function* () {
+      yield happened(1n);
+      yield happened(2n);
+      throw new Broken();
+    },
+    async function* () {
+      throw new Broken();
+    },
+    async function* () {
+      yield happened(3n);
+    },
   ]);
   const run = it.run();
   await vi.advanceTimersByTimeAsync(120_000);
@@ -79,7 +87,14 @@ test("a link that falls silent is dead", async () => {
 });
 
 test("a server that lost events is read anew, one that says no is not asked again", async () => {
-  const it = job([async function* () { throw new Ahead(); }, async function* () { throw new Error("deleted"); }]);
+  const it = job([
+    async function* () {
+      throw new Ahead();
+    },
+    async function* () {
+      throw new Error("deleted");
+    },
+  ]);
   const run = it.run();
   await vi.advanceTimersByTimeAsync(60_000);
   await run;

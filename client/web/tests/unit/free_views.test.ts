@@ -13,7 +13,10 @@ const left = (...taken: Parameters<typeof freeViews> extends [unknown, ...infer 
 
 test("what others keep, what was scanned and where nobody can stand is not offered", () => {
   const site = {
-    claims: [create(ClaimSchema, { scanner: "blue", position: at(0.5) }), create(ClaimSchema, { scanner: "red", position: at(3) })],
+    claims: [
+      create(ClaimSchema, { scanner: "blue", position: at(0.5) }),
+      create(ClaimSchema, { scanner: "red", position: at(3) }),
+    ],
     stations: [create(StationSchema, { position: at(5) })],
     rejections: [create(RejectionSchema, { position: at(2), radiusM: 0.4 })],
   };
@@ -31,5 +34,7 @@ test("what waits to be sent counts at once", () => {
 });
 
 test("another floor is another place", () => {
-  expect(left({ ...none, stations: [create(StationSchema, { position: at(2, 4.5) })] }, "", [])).toEqual([0, 1, 2, 3, 4, 5]);
+  expect(left({ ...none, stations: [create(StationSchema, { position: at(2, 4.5) })] }, "", [])).toEqual([
+    0, 1, 2, 3, 4, 5,
+  ]);
 });

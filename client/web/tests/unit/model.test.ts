@@ -4,12 +4,23 @@ import { PanoramaPainter, project } from "../../src/model/panorama";
 import { arrange, share } from "../../src/model/points";
 import { SurfaceReader, type Surface } from "../../src/model/surface";
 
-interface Element { x: number; y: number; z: number; nx?: number; ny?: number; nz?: number; kind?: number; density?: number; givenUp?: number }
+interface Element {
+  x: number;
+  y: number;
+  z: number;
+  nx?: number;
+  ny?: number;
+  nz?: number;
+  kind?: number;
+  density?: number;
+  givenUp?: number;
+}
 
 // As the server writes it: three doubles, three floats, three bytes of colour, kind, density, area, samples,
 // given up.
 function ply(elements: Element[]): Uint8Array {
-  const header = `ply\nformat binary_little_endian 1.0\ncomment surface\nelement vertex ${elements.length}\n` +
+  const header =
+    `ply\nformat binary_little_endian 1.0\ncomment surface\nelement vertex ${elements.length}\n` +
     "property double x\nproperty double y\nproperty double z\nproperty float nx\nproperty float ny\nproperty float nz\n" +
     "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar kind\nproperty float density\n" +
     "property float area\nproperty uint samples\nproperty uchar given_up\nend_header\n";
@@ -21,7 +32,9 @@ function ply(elements: Element[]): Uint8Array {
   elements.forEach((element, i) => {
     const at = stride * i;
     [element.x, element.y, element.z].forEach((value, k) => view.setFloat64(at + 8 * k, value, true));
-    [element.nx ?? 0, element.ny ?? 0, element.nz ?? 1].forEach((value, k) => view.setFloat32(at + 24 + 4 * k, value, true));
+    [element.nx ?? 0, element.ny ?? 0, element.nz ?? 1].forEach((value, k) =>
+      view.setFloat32(at + 24 + 4 * k, value, true),
+    );
     view.setUint8(at + 39, element.kind ?? 1);
     view.setFloat32(at + 40, element.density ?? 5000, true);
     view.setFloat32(at + 44, 0.0025, true);
@@ -57,8 +70,12 @@ function rooms(): Element[] {
       }
     }
   };
-  wall(0, 0, 6, 0); wall(0, 2, 6, 2); wall(0, 0, 0, 2); wall(6, 0, 6, 2);
-  wall(3, 0, 3, 0.9); wall(3, 1.8, 3, 2);
+  wall(0, 0, 6, 0);
+  wall(0, 2, 6, 2);
+  wall(0, 0, 0, 2);
+  wall(6, 0, 6, 2);
+  wall(3, 0, 3, 0.9);
+  wall(3, 1.8, 3, 2);
   for (let u = 0.03; u < 6; u += step) {
     for (let v = 0.03; v < 2; v += step) {
       elements.push({ ...place(u, v), z: 0.01, nz: 1, density: u < 3 ? 5000 : 100 });
@@ -68,7 +85,8 @@ function rooms(): Element[] {
     }
   }
   // Behind something in the second room nothing is known.
-  for (let u = 5; u < 5.5; u += step) for (let z = 0.3; z < 1.5; z += step) elements.push({ ...place(u, 1.5), z, kind: 2, density: 0 });
+  for (let u = 5; u < 5.5; u += step)
+    for (let z = 0.3; z < 1.5; z += step) elements.push({ ...place(u, 1.5), z, kind: 2, density: 0 });
   return elements;
 }
 const surface = read(rooms());

@@ -2,7 +2,13 @@ import { Code, ConnectError } from "@connectrpc/connect";
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
 import { mostEntries, Outbox, type Entry, type Keeper } from "../../src/job/outbox";
 
-const entry = (id: string): Entry => ({ id, session: "sessions/s", kind: "releaseClaim", payload: { name: id }, time: 0 });
+const entry = (id: string): Entry => ({
+  id,
+  session: "sessions/s",
+  kind: "releaseClaim",
+  payload: { name: id },
+  time: 0,
+});
 
 class Memory implements Keeper {
   entries: Entry[] = [];
@@ -40,7 +46,12 @@ test("what was done is sent in order, once, and then kept no longer", async () =
 });
 
 test("a link that breaks at any place does nothing twice and leaves nothing out", async () => {
-  for (const faults of [["before"], ["after"], ["before", "after", "before"], [undefined, "after", "before"]] as Server["faults"][]) {
+  for (const faults of [
+    ["before"],
+    ["after"],
+    ["before", "after", "before"],
+    [undefined, "after", "before"],
+  ] as Server["faults"][]) {
     const [keeper, server] = [new Memory(), new Server()];
     server.faults = [...faults];
     const outbox = new Outbox(keeper, server.send, listener());

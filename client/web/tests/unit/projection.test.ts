@@ -1,10 +1,24 @@
 import { expect, test } from "vitest";
-import { barLength, fit, matrix, pan, toScreen, toWorld, turnFor, zoom, type Projection } from "../../src/draw/projection";
+import {
+  barLength,
+  fit,
+  matrix,
+  pan,
+  toScreen,
+  toWorld,
+  turnFor,
+  zoom,
+  type Projection,
+} from "../../src/draw/projection";
 
 const some: Projection = { centre: { x: 452_000.5, y: -3 }, scale: 43, turn: 0.7, width: 800, height: 500 };
 
 test("the world comes back from the screen, on a national grid, too", () => {
-  for (const [x, y] of [[0, 0], [123, 456], [800, 500]] as const) {
+  for (const [x, y] of [
+    [0, 0],
+    [123, 456],
+    [800, 500],
+  ] as const) {
     const back = toScreen(some, toWorld(some, { x, y }));
     expect(back.x).toBeCloseTo(x, 6);
     expect(back.y).toBeCloseTo(y, 6);
@@ -37,7 +51,11 @@ test("the canvas transform does the same as toScreen", () => {
 
 test("what has to be in sight is, within the margins, whatever the turn", () => {
   const margin = { top: 80, right: 10, bottom: 20, left: 40 };
-  const points = [{ x: 10, y: 4 }, { x: -3, y: 9 }, { x: 2, y: -7 }];
+  const points = [
+    { x: 10, y: 4 },
+    { x: -3, y: 9 },
+    { x: 2, y: -7 },
+  ];
   for (let turn = 0; turn < 6.3; turn += 0.3) {
     const projection = fit(points, turn, { width: 600, height: 400 }, margin, 1000);
     const at = points.map((point) => toScreen(projection, point));

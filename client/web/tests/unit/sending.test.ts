@@ -9,7 +9,10 @@ class Passing extends Error {}
 class OutOfStep extends Error {}
 
 function fileOf(bytes: Uint8Array): Bytes {
-  return { size: bytes.length, slice: (from, to) => ({ arrayBuffer: async () => bytes.slice(from, to).buffer as ArrayBuffer }) };
+  return {
+    size: bytes.length,
+    slice: (from, to) => ({ arrayBuffer: async () => bytes.slice(from, to).buffer as ArrayBuffer }),
+  };
 }
 const bytes = Uint8Array.from({ length: 1_000_000 }, (_, i) => (i * 2654435761) >>> 24);
 
@@ -23,16 +26,28 @@ class Server implements UploadServer {
 
   #place(name: string): Place {
     const upload = this.stored.get(name)!;
-    return { name, state: upload.state, message: "", nextSequence: upload.sequence, nextOffset: BigInt(upload.bytes.length), maxPiece: 100_000, scan: upload.state === "committed" ? `scan of ${name}` : "" };
+    return {
+      name,
+      state: upload.state,
+      message: "",
+      nextSequence: upload.sequence,
+      nextOffset: BigInt(upload.bytes.length),
+      maxPiece: 100_000,
+      scan: upload.state === "committed" ? `scan of ${name}` : "",
+    };
   }
   async begin(requestId: string, total: { size: bigint; sha256: Uint8Array }): Promise<Place> {
-    if (!this.stored.has(requestId)) this.stored.set(requestId, { bytes: [], sequence: 0n, state: "open", total: total.size });
+    if (!this.stored.has(requestId))
+      this.stored.set(requestId, { bytes: [], sequence: 0n, state: "open", total: total.size });
     return this.#place(requestId);
   }
   async get(name: string): Promise<Place> {
     return this.#place(name);
   }
-  async piece(name: string, piece: { sequence: bigint; offset: bigint; data: Uint8Array; crc32c: number }): Promise<Place> {
+  async piece(
+    name: string,
+    piece: { sequence: bigint; offset: bigint; data: Uint8Array; crc32c: number },
+  ): Promise<Place> {
     const number = this.pieces++;
     this.fault("before", number);
     const upload = this.stored.get(name)!;
@@ -54,7 +69,8 @@ class Server implements UploadServer {
   }
 }
 
-const send = (server: Server, signal = new AbortController().signal, about = "") => sendFile(fileOf(bytes), about, server, () => undefined, signal);
+const send = (server: Server, signal = new AbortController().signal, about = "") =>
+  sendFile(fileOf(bytes), about, server, () => undefined, signal);
 beforeEach(() => void vi.useFakeTimers());
 afterEach(() => void vi.useRealTimers());
 
@@ -72,7 +88,12 @@ test("a digest read in parts is the digest of the whole", async () => {
 });
 
 test("a file arrives whole, and links that break at any piece change nothing", async () => {
-  for (const [when, at] of [["before", 0], ["after", 0], ["before", 4], ["after", 9]] as const) {
+  for (const [when, at] of [
+    ["before", 0],
+    ["after", 0],
+    ["before", 4],
+    ["after", 9],
+  ] as const) {
     const server = new Server();
     let broken = false;
     server.fault = (now, piece) => {

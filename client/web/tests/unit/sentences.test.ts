@@ -2,7 +2,11 @@ import { create } from "@bufbuild/protobuf";
 import { expect, test } from "vitest";
 import english from "../../src/texts/en.json";
 import { RankedViewSchema } from "../../src/gen/vantage/v1/plan_pb";
-import { RegistrationBasis, RegistrationOutcome, RegistrationVerdictSchema } from "../../src/gen/vantage/v1/registration_pb";
+import {
+  RegistrationBasis,
+  RegistrationOutcome,
+  RegistrationVerdictSchema,
+} from "../../src/gen/vantage/v1/registration_pb";
 import { fill } from "../../src/texts/texts.svelte";
 import { alignment, caution, finding, gainHeadline, gainParts, sideOf, type Say } from "../../src/words/sentences";
 
@@ -10,7 +14,10 @@ const say: Say = (key, parameters = {}) => fill(english[key], parameters, "en");
 
 test("sides are those of somebody who walks from the station to the place", () => {
   // Walking north.
-  const [from, to] = [{ x: 0, y: 0 }, { x: 0, y: 3 }];
+  const [from, to] = [
+    { x: 0, y: 0 },
+    { x: 0, y: 3 },
+  ];
   expect(sideOf(from, to, { x: 0, y: 1 })).toBe("ahead");
   expect(sideOf(from, to, { x: 0, y: -1 })).toBe("behind");
   expect(sideOf(from, to, { x: -1, y: 0 })).toBe("left");
@@ -32,14 +39,22 @@ const view = create(RankedViewSchema, {
   expectedGainUpperM2: 31,
   expectedSurfaceGainM2: 5,
   heightOverFloorM: 1.45,
-  location: { walls: [{ wallNormal: { x: 1, y: 0, z: 0 }, distanceM: 1.2 }, { wallNormal: { x: 0, y: -1, z: 0 }, distanceM: 3.4 }] },
+  location: {
+    walls: [
+      { wallNormal: { x: 1, y: 0, z: 0 }, distanceM: 1.2 },
+      { wallNormal: { x: 0, y: -1, z: 0 }, distanceM: 3.4 },
+    ],
+  },
 });
 
 test("the gain is the forecast with its range", () => {
   expect(gainHeadline(view, say, "en")).toEqual({ figure: "22\u00a0m²", range: "likely 15 to 31\u00a0m²" });
   expect(gainHeadline(create(RankedViewSchema, {}), say, "en")).toBeUndefined();
   // A plan that has only the model's own gain yet.
-  expect(gainHeadline(create(RankedViewSchema, { modelGainM2: 3.04 }), say, "en")).toEqual({ figure: "3.0\u00a0m²", range: "" });
+  expect(gainHeadline(create(RankedViewSchema, { modelGainM2: 3.04 }), say, "en")).toEqual({
+    figure: "3.0\u00a0m²",
+    range: "",
+  });
 });
 
 test("the parts of the gain are the largest, and none that is nothing", () => {
@@ -71,7 +86,9 @@ test("a verdict is said in millimetres, never by angles", () => {
 });
 
 test("every reason not to register has words, without the server's own", () => {
-  for (const basis of Object.values(RegistrationBasis).filter((value): value is RegistrationBasis => typeof value === "number")) {
+  for (const basis of Object.values(RegistrationBasis).filter(
+    (value): value is RegistrationBasis => typeof value === "number",
+  )) {
     const verdict = create(RegistrationVerdictSchema, {
       outcome: RegistrationOutcome.DOUBTFUL,
       basis,
@@ -88,8 +105,12 @@ test("every reason not to register has words, without the server's own", () => {
 });
 
 test("what is assumed of a place is said", () => {
-  const room = create(RankedViewSchema, { expectedStation: { radiusM: 1.2, chance: 0.9, doorway: { x: 1, y: 1, z: 0 } } });
+  const room = create(RankedViewSchema, {
+    expectedStation: { radiusM: 1.2, chance: 0.9, doorway: { x: 1, y: 1, z: 0 } },
+  });
   expect(caution(room, say, "en")).toContain("room that nobody entered");
-  expect(caution(create(RankedViewSchema, { floorMeasured: false }), say, "en")).toBe("The floor there was not measured.");
+  expect(caution(create(RankedViewSchema, { floorMeasured: false }), say, "en")).toBe(
+    "The floor there was not measured.",
+  );
   expect(caution(create(RankedViewSchema, { floorMeasured: true }), say, "en")).toBe("");
 });

@@ -8,13 +8,26 @@ import { apply, freshPlan, lastStation, stationNumber, withoutExpired, type Site
 
 const empty: Site = {
   session: create(SessionSchema, { name: "sessions/s" }),
-  scans: [], scanners: [], claims: [], stations: [], rejections: [], uploads: [],
-  plans: new Map(), sequence: 0n, modelVersion: 0n, changed: 0n,
+  scans: [],
+  scanners: [],
+  claims: [],
+  stations: [],
+  rejections: [],
+  uploads: [],
+  plans: new Map(),
+  sequence: 0n,
+  modelVersion: 0n,
+  changed: 0n,
 };
 let count = 0n;
 const event = (what: MessageInitShape<typeof SessionEventSchema>["event"], ms = 0): SessionEvent =>
   create(SessionEventSchema, { sequence: ++count, time: timestampFromMs(ms), event: what! });
-const scan = (name: string, state: ScanState) => ({ name, state, pose: { translation: { x: 0, y: 0, z: 0 } }, merge: { modelVersion: 3n } });
+const scan = (name: string, state: ScanState) => ({
+  name,
+  state,
+  pose: { translation: { x: 0, y: 0, z: 0 } },
+  merge: { modelVersion: 3n },
+});
 
 function story(): SessionEvent[] {
   count = 0n;
@@ -22,7 +35,10 @@ function story(): SessionEvent[] {
     event({ case: "uploadCreated", value: { upload: { name: "u1" } } }),
     event({ case: "scanReceived", value: { scan: { name: "a", upload: "u1", state: ScanState.RECEIVED } } }),
     event({ case: "scanMerged", value: { scan: scan("a", ScanState.MERGED) } }, 10),
-    event({ case: "claimTaken", value: { claim: { name: "c1", scanner: "red", expireTime: timestampFromMs(60_000) } } }, 20),
+    event(
+      { case: "claimTaken", value: { claim: { name: "c1", scanner: "red", expireTime: timestampFromMs(60_000) } } },
+      20,
+    ),
     event({ case: "stationCreated", value: { station: { name: "s1" } } }, 30),
     event({ case: "viewRejected", value: { rejection: { name: "r1" } } }, 40),
     event({ case: "planCreated", value: { plan: { name: "p1", createTime: timestampFromMs(50) } } }, 50),
@@ -56,7 +72,14 @@ test("claims end at their time, without an event", () => {
 });
 
 test("the last station is the scanner's own where it has one", () => {
-  const site = { ...empty, scans: [{ ...scan("a", ScanState.MERGED), scanner: "red" }, { ...scan("b", ScanState.MERGED), scanner: "blue" }, scan("c", ScanState.DOUBTFUL)] } as unknown as Site;
+  const site = {
+    ...empty,
+    scans: [
+      { ...scan("a", ScanState.MERGED), scanner: "red" },
+      { ...scan("b", ScanState.MERGED), scanner: "blue" },
+      scan("c", ScanState.DOUBTFUL),
+    ],
+  } as unknown as Site;
   expect(lastStation(site, "red")?.name).toBe("a");
   expect(lastStation(site, "")?.name).toBe("b");
   expect(lastStation(site, "green")?.name).toBe("b");
