@@ -2,6 +2,7 @@
 import { cell, type FloorPlan } from "../model/floor_plan";
 import type { Area } from "./areas";
 import type { Colours } from "./colours";
+import type { Link } from "./links";
 import type { Mark } from "./marks";
 import { barLength, matrix, toScreen, type Point, type Projection } from "./projection";
 
@@ -21,6 +22,7 @@ export interface Scene {
   raster: FloorPlan | undefined;
   heat: Heat | undefined;
   marks: readonly Mark[];
+  links: readonly Link[];
   areas: readonly Area[];
   // Corners of an area that is being drawn.
   outline: readonly Point[];
@@ -168,6 +170,7 @@ export function draw(
   if (scene.heat !== undefined) drawHeat(context, projection, scene.heat, colours);
 
   for (const area of scene.areas) drawArea(context, projection, area, colours, font(15, 700));
+  for (const link of scene.links) drawLink(context, projection, link, colours);
   if (scene.outline.length > 0) drawOutline(context, projection, scene.outline, colours);
 
   for (const mark of scene.marks) {
@@ -303,6 +306,21 @@ function drawOffset(
       colours.paper,
       font,
     );
+}
+
+// The more two scans share, the stronger; what little backs is broken.
+function drawLink(context: CanvasRenderingContext2D, projection: Projection, link: Link, colours: Colours): void {
+  const [a, b] = [toScreen(projection, link.from), toScreen(projection, link.to)];
+  context.beginPath();
+  context.moveTo(a.x, a.y);
+  context.lineTo(b.x, b.y);
+  context.lineWidth = 1.5 + 5 * link.share;
+  context.setLineDash(link.weak ? [6, 7] : []);
+  context.globalAlpha = 0.45;
+  context.strokeStyle = colours.ink;
+  context.stroke();
+  context.globalAlpha = 1;
+  context.setLineDash([]);
 }
 
 function trace(context: CanvasRenderingContext2D, projection: Projection, corners: readonly Point[]): void {

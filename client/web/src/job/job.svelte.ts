@@ -5,6 +5,7 @@ import { explain, isPassing } from "../api/errors";
 import { fleet, lastPart, models, newRequestId, patience, plans, scans, sessions } from "../api/server";
 import { PlanState, type Plan, type RankedView } from "../gen/vantage/v1/plan_pb";
 import type { GetCoverageResponse } from "../gen/vantage/v1/model_service_pb";
+import type { PoseGraph } from "../gen/vantage/v1/pose_graph_pb";
 import { UploadState } from "../gen/vantage/v1/upload_pb";
 import { send, type Kind, type Payloads } from "./actions";
 import { follow, pause } from "./follow";
@@ -48,6 +49,8 @@ export class Job {
   // A plan is being asked for, or runs.
   readonly planning = $derived(this.#creating || this.#watchedPlan !== "");
   coverage = $state.raw<GetCoverageResponse | undefined>(undefined);
+  // What ties the scans to each other.
+  graph = $state.raw<PoseGraph | undefined>(undefined);
   // Which of the plan's views is shown, from 0.
   rank = $state(0);
 
@@ -171,10 +174,20 @@ export class Job {
   }
 
   async refreshCoverage(): Promise<void> {
+    void this.#refreshGraph();
     try {
       this.coverage = await models.getCoverage({ name: this.name }, { timeoutMs: patience });
     } catch {
       // The link's state says it; asked again with the next change.
+    }
+  }
+
+  async #refreshGraph(): Promise<void> {
+    try {
+      this.graph = (await models.getPoseGraph({ name: this.name }, { timeoutMs: patience })).graph;
+    } catch {
+      // An earlier release of the server knows none; then none is shown.
+      this.graph = undefined;
     }
   }
 
@@ -300,6 +313,7 @@ export class Job {
         models.getCoverage({ name: parent }, options),
       ]);
     this.coverage = coverage;
+    void this.#refreshGraph();
     const known = new Map(running.plans.map((plan) => [plan.name, plan]));
     // The last plan that ended well, which is what somebody who opens the page wants to see.
     if (coverage.plan !== "" && !known.has(coverage.plan)) {

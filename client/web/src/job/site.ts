@@ -99,6 +99,15 @@ export function apply(site: Site, happened: SessionEvent): Site {
       if (event.case === "scanRemoved") next.modelVersion = event.value.modelVersion;
       break;
     }
+    case "posesAdjusted": {
+      const moved = new Map(event.value.poses.map((adjusted) => [adjusted.scan, adjusted.pose]));
+      next.scans = site.scans.map((scan) => {
+        const pose = moved.get(scan.name);
+        return pose === undefined ? scan : { ...scan, pose };
+      });
+      next.modelVersion = event.value.modelVersion;
+      break;
+    }
     case "planCreated":
     case "planEnded":
       next.plans = putPlan(site.plans, event.value.plan);
@@ -145,6 +154,7 @@ export function apply(site: Site, happened: SessionEvent): Site {
   const concernsPlans = [
     "scanMerged",
     "scanRemoved",
+    "posesAdjusted",
     "sessionUpdated",
     "viewRejected",
     "rejectionDeleted",

@@ -85,3 +85,13 @@ test("the last station is the scanner's own where it has one", () => {
   expect(lastStation(site, "green")?.name).toBe("b");
   expect(stationNumber(site, "c")).toBe(3);
 });
+
+test("scans stand where an adjustment put them", () => {
+  const site = story().slice(0, 3).reduce(apply, empty);
+  const poses = [{ scan: "a", pose: { translation: { x: 0.01, y: 0, z: 0 } } }, { scan: "unknown" }];
+  const adjusted = apply(site, event({ case: "posesAdjusted", value: { poses, modelVersion: 9n } }, 70));
+  expect(adjusted.scans[0]!.pose!.translation!.x).toBe(0.01);
+  expect(adjusted.scans[0]!.state).toBe(ScanState.MERGED);
+  expect(adjusted.modelVersion).toBe(9n);
+  expect(adjusted.changed).toBe(70_000_000n);
+});
