@@ -26,6 +26,8 @@ declare -A packages=(
   [containers]="podman runc debootstrap haproxy openssl python3-grpcio python3-yaml"
   [deploy]="haproxy openssl docker-compose python3-yaml systemd"
   [npm]="nodejs npm"
+  # The page in a browser.
+  [web]="chromium fonts-dejavu-core"
 )
 buf_version=1.75.0
 kubernetes_types=(typescript@5.6.3 kubernetes-types@1.30.0)
@@ -120,6 +122,18 @@ from_npm() {
     --fetch-timeout=15000 "$@"
 }
 
+# What the page is built with, as its lock file has it. Fails where npm cannot be had or reached.
+install_page_packages() {
+  local to=client/web
+  [[ $to/node_modules/.package-lock.json -nt $to/package-lock.json ]] && return
+  command -v npm >/dev/null || install_packages npm || return
+  say "installing from npm into $to"
+  quietly npm-web timeout 300 npm ci --prefix "$to" --no-audit --no-fund \
+    --fetch-retries=2 --fetch-retry-mintimeout=1000 --fetch-retry-maxtimeout=3000 \
+    --fetch-timeout=30000
+  touch "$to/node_modules/.package-lock.json"
+}
+
 install() {
   case $1 in
     core)
@@ -141,13 +155,18 @@ install() {
       install_packages containers
       ;;
     format | shell) install_packages "$1" ;;
+    page) install_page_packages ;;
+    web)
+      install_page_packages
+      install_packages web
+      ;;
     proto) from_npm node "@bufbuild/buf@$buf_version" ;;
     deploy)
       install_packages deploy
       # Its test of types says by itself that it was skipped.
       from_npm node-deploy "${kubernetes_types[@]}" || say "no types from npm"
       ;;
-    *) die "install for what? ${!packages[*]}, bench or proto; not '$1'" ;;
+    *) die "install for what? ${!packages[*]}, bench, page or proto; not '$1'" ;;
   esac
 }
 

@@ -1,0 +1,18 @@
+// Who this tablet is to the server. A link that pairs a tablet carries its token behind '#', which a
+// browser never sends to anyone: it is kept on the tablet and taken out of the address.
+const stored = "vantage.token";
+
+export function takeTokenFromAddress(): void {
+  const match = /[#&]token=([^&]+)/.exec(location.hash);
+  if (match?.[1] === undefined) return;
+  localStorage.setItem(stored, decodeURIComponent(match[1]));
+  history.replaceState(null, "", location.pathname + location.search);
+}
+
+export function token(): string | null {
+  return localStorage.getItem(stored);
+}
+
+export function forgetToken(): void {
+  localStorage.removeItem(stored);
+}

@@ -1,0 +1,116 @@
+// What stands on the plan of the site besides walls and floor, as a list to draw and to tap on.
+import type { Opening } from "../gen/vantage/v1/coverage_pb";
+import type { Claim, Station } from "../gen/vantage/v1/fleet_pb";
+import type { Vector3 } from "../gen/vantage/v1/geometry_pb";
+import type { RankedView } from "../gen/vantage/v1/plan_pb";
+import { RegistrationOutcome } from "../gen/vantage/v1/registration_pb";
+import type { Scan } from "../gen/vantage/v1/scan_pb";
+import type { Rejection } from "../gen/vantage/v1/session_pb";
+import { merged, type Site } from "../job/site";
+
+interface Placed {
+  // m, world.
+  x: number;
+  y: number;
+  z: number;
+}
+
+export type Mark = Placed &
+  (
+    | { type: "station"; scan: Scan; label: string; here: boolean; weak: boolean; who: string }
+    | { type: "pending"; station: Station; label: string }
+    | { type: "claim"; claim: Claim; label: string; own: boolean }
+    | { type: "rejection"; rejection: Rejection; radius: number }
+    | { type: "view"; view: RankedView; rank: number; target: boolean }
+    | { type: "door"; opening: Opening; width: number; direction: number }
+    // A place that a person tries out, and poses to choose from.
+    | { type: "trial"; label: string }
+    | { type: "pose"; label: string; heading: number; chosen: boolean; index: number }
+  );
+
+export interface Band {
+  floor: number;
+  top: number;
+}
+
+// On the storey: its floor is the next one below.
+export function within(band: Band, z: number): boolean {
+  return z >= band.floor - 0.3 && z < band.top - 0.3;
+}
+
+// A scan that joined with less than this, of what was asked for, is shown as weakly held: its error bound
+// is more than half of the accuracy that is required.
+export function isWeak(scan: Scan, requiredAccuracy: number): boolean {
+  const verdict = scan.registration?.verdict;
+  if (verdict === undefined) return false;
+  return verdict.outcome !== RegistrationOutcome.REGISTERED || verdict.errorBoundM > requiredAccuracy / 2;
+}
+
+export function marksOf(
+  site: Site,
+  band: Band,
+  what: {
+    own: string;
+    here: Scan | undefined;
+    views: readonly RankedView[];
+    target: RankedView | undefined;
+    openings: readonly Opening[];
+    scannerName: (name: string) => string;
+  },
+): Mark[] {
+  const marks: Mark[] = [];
+  const on = (place: Vector3 | undefined): place is Vector3 => place !== undefined && within(band, place.z);
+  const required = site.session.planningConfig?.registration?.requiredAccuracyM ?? 0.01;
+  for (const opening of what.openings) {
+    if (!opening.doorway || opening.entered || !on(opening.centre)) continue;
+    const direction = Math.atan2(opening.direction?.y ?? 0, opening.direction?.x ?? 1);
+    marks.push({ type: "door", opening, width: opening.widthM, direction, ...at(opening.centre) });
+  }
+  for (const rejection of site.rejections) {
+    if (on(rejection.position)) {
+      marks.push({ type: "rejection", rejection, radius: rejection.radiusM, ...at(rejection.position) });
+    }
+  }
+  what.views.forEach((view, i) => {
+    if (!on(view.position) || view === what.target) return;
+    marks.push({ type: "view", view, rank: i + 1, target: false, ...at(view.position) });
+  });
+  for (const station of site.stations) {
+    if (on(station.position)) {
+      marks.push({ type: "pending", station, label: what.scannerName(station.scanner), ...at(station.position) });
+    }
+  }
+  for (const claim of site.claims) {
+    if (on(claim.position)) {
+      const own = claim.scanner === what.own;
+      marks.push({ type: "claim", claim, label: what.scannerName(claim.scanner), own, ...at(claim.position) });
+    }
+  }
+  for (const scan of merged(site)) {
+    const place = scan.pose?.translation;
+    if (!on(place)) continue;
+    const label = String(site.scans.indexOf(scan) + 1);
+    const here = scan.name === what.here?.name;
+    const who = site.scanners
+      .filter((scanner) => lastOf(site, scanner.name) === scan)
+      .map((scanner) => what.scannerName(scanner.name));
+    marks.push({ type: "station", scan, label, here, weak: isWeak(scan, required), who: who.join(", "), ...at(place) });
+  }
+  const target = what.target;
+  if (target !== undefined && on(target.position)) {
+    const rank = what.views.indexOf(target) + 1;
+    marks.push({ type: "view", view: target, rank, target: true, ...at(target.position) });
+  }
+  return marks;
+}
+
+// Where a scanner of the fleet stands, as far as its scans tell.
+function lastOf(site: Site, scanner: string): Scan | undefined {
+  return merged(site)
+    .filter((scan) => scan.scanner === scanner)
+    .at(-1);
+}
+
+function at(place: Vector3): Placed {
+  return { x: place.x, y: place.y, z: place.z };
+}

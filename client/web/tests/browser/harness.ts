@@ -1,0 +1,192 @@
+// A server of its own, the bridge in front of it, and a browser with tablets.
+import { execFileSync, spawn, type ChildProcess } from "node:child_process";
+import { once } from "node:events";
+import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { createInterface } from "node:readline";
+import { createClient, type Client } from "@connectrpc/connect";
+import { createConnectTransport } from "@connectrpc/connect-node";
+import axe from "axe-core";
+import { chromium, type Browser, type BrowserContextOptions, type Page } from "playwright-core";
+import { expect } from "vitest";
+import { FleetService } from "../../src/gen/vantage/v1/fleet_service_pb";
+import { ModelService } from "../../src/gen/vantage/v1/model_service_pb";
+import { PlanService } from "../../src/gen/vantage/v1/plan_service_pb";
+import { ScanService } from "../../src/gen/vantage/v1/scan_service_pb";
+import { SessionService } from "../../src/gen/vantage/v1/session_service_pb";
+
+const browserPaths = [
+  process.env.VANTAGE_BROWSER ?? "",
+  "/usr/bin/chromium",
+  "/usr/bin/chromium-browser",
+  "/usr/bin/google-chrome",
+];
+
+export const upright = { width: 800, height: 1280 };
+export const lying = { width: 1280, height: 800 };
+
+export class Site {
+  readonly folder = mkdtempSync(join(tmpdir(), "vantage-page-"));
+  url = "";
+  #server: ChildProcess | undefined;
+  #bridge: ChildProcess | undefined;
+  #browser: Browser | undefined;
+  #port = 0;
+  readonly errors: string[] = [];
+
+  async start(): Promise<void> {
+    await this.startServer();
+    const bridge = spawn(
+      process.execPath,
+      ["dev/bridge.mjs", "--server", `127.0.0.1:${this.#port}`, "--listen", "127.0.0.1:0"],
+      {
+        stdio: ["ignore", "pipe", "inherit"],
+      },
+    );
+    this.#bridge = bridge;
+    const [line] = (await once(createInterface({ input: bridge.stdout! }), "line")) as [string];
+    this.url = line;
+    const executablePath = browserPaths.find((path) => path !== "" && existsSync(path));
+    // No sandbox: tests run as root in containers. WebGL in software.
+    this.#browser = await chromium.launch({
+      executablePath,
+      args: ["--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader"],
+    });
+  }
+
+  // What the server's command line has besides.
+  serverOptions: string[] = [];
+  #token = "";
+  readonly #binary = process.env.VANTAGE_SERVER_BINARY ?? "../../build/release/server/vantaged";
+
+  // Callers have to show who they are. Returns a tablet's token.
+  tellCallersApart(): string {
+    const made = execFileSync(this.#binary, ["token", "tablet", "crew", "read,submit,plan"], { encoding: "utf8" });
+    const line = made.split("\n").find((text) => /^tablet\s+crew\s/.test(text.trim()));
+    const token = made.split(/\s+/).find((word) => word.length > 20 && !(line ?? "").includes(word));
+    if (line === undefined || token === undefined) throw new Error(`no token in: ${made}`);
+    this.writeCallers(line.trim());
+    this.serverOptions = ["--callers", join(this.folder, "callers")];
+    this.#token = token;
+    return token;
+  }
+
+  writeCallers(lines: string): void {
+    writeFileSync(join(this.folder, "callers"), `${lines}\n`, { mode: 0o600 });
+    this.#server?.kill("SIGHUP");
+  }
+
+  async startServer(): Promise<void> {
+    const binary = this.#binary;
+    const portFile = join(this.folder, "port");
+    rmSync(portFile, { force: true });
+    const listen = `127.0.0.1:${this.#port}`;
+    this.#server = spawn(
+      binary,
+      [
+        "--data",
+        join(this.folder, "data"),
+        "--listen",
+        listen,
+        "--port-file",
+        portFile,
+        "--calls-per-second",
+        "0",
+        "--threads",
+        "1",
+        "--log-level",
+        "off",
+        ...this.serverOptions,
+      ],
+      { stdio: ["ignore", "ignore", "inherit"] },
+    );
+    for (let tries = 0; !existsSync(portFile) || readFileSync(portFile, "utf8").trim() === ""; ++tries) {
+      if (tries > 600) throw new Error("the server did not come up");
+      await new Promise((resolve) => setTimeout(resolve, 50));
+    }
+    this.#port = Number(readFileSync(portFile, "utf8"));
+  }
+
+  // As a power cut does.
+  async killServer(): Promise<void> {
+    const server = this.#server;
+    if (server === undefined) return;
+    const gone = once(server, "exit");
+    server.kill("SIGKILL");
+    await gone;
+    this.#server = undefined;
+  }
+
+  async stop(): Promise<void> {
+    await this.#browser?.close();
+    this.#bridge?.kill();
+    await this.killServer();
+    rmSync(this.folder, { recursive: true, force: true });
+  }
+
+  // A tablet with the page open; what its console complains of is kept.
+  async tablet(options: BrowserContextOptions = {}, hash = ""): Promise<Page> {
+    const context = await this.#browser!.newContext({ viewport: upright, hasTouch: true, locale: "en-GB", ...options });
+    context.setDefaultTimeout(45_000);
+    // Short searches: the flat is small, and the machine has other work.
+    await context.addInitScript(() => localStorage.setItem("vantage.search", "quick"));
+    const page = await context.newPage();
+    page.on("pageerror", (error) => this.errors.push(error.message));
+    await page.goto(this.url + hash);
+    return page;
+  }
+
+  get api(): {
+    sessions: Client<typeof SessionService>;
+    scans: Client<typeof ScanService>;
+    plans: Client<typeof PlanService>;
+    fleet: Client<typeof FleetService>;
+    models: Client<typeof ModelService>;
+  } {
+    const transport = createConnectTransport({
+      baseUrl: this.url,
+      httpVersion: "1.1",
+      interceptors: [
+        (next) => (request) => {
+          if (this.#token !== "") request.header.set("authorization", `Bearer ${this.#token}`);
+          return next(request);
+        },
+      ],
+    });
+    return {
+      sessions: createClient(SessionService, transport),
+      scans: createClient(ScanService, transport),
+      plans: createClient(PlanService, transport),
+      fleet: createClient(FleetService, transport),
+      models: createClient(ModelService, transport),
+    };
+  }
+}
+
+// Nothing on the screen that a blind person, or one in the sun, cannot use.
+export async function isAccessible(page: Page, what: string): Promise<void> {
+  // By the tool's protocol rather than by a script element, which the page's security policy forbids.
+  await page.evaluate(axe.source);
+  const violations = await page.evaluate(async () => {
+    const result = await (window as unknown as { axe: typeof axe }).axe.run(document, {
+      runOnly: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"],
+    });
+    return result.violations.map(
+      (violation) => `${violation.id}: ${violation.nodes.map((node) => node.html.slice(0, 160)).join(" | ")}`,
+    );
+  });
+  expect(violations, what).toEqual([]);
+}
+
+export async function sendFile(page: Page, name: string, bytes: Uint8Array): Promise<void> {
+  await page.getByRole("button", { name: "Send a scan file" }).tap();
+  await page
+    .locator('input[type="file"]')
+    .setInputFiles({ name, mimeType: "application/octet-stream", buffer: Buffer.from(bytes) });
+}
+
+// A tap on one of the screens below (or beside) the page.
+export async function goTo(page: Page, screen: "Next" | "Plan" | "Stations" | "3D" | "Job"): Promise<void> {
+  await page.getByRole("navigation").getByText(screen, { exact: true }).tap();
+}

@@ -1,0 +1,145 @@
+// A whole job by taps: opened, scanned, planned, refused, taken back, finished.
+import { mkdirSync } from "node:fs";
+import { afterAll, beforeAll, expect, test } from "vitest";
+import type { Page } from "playwright-core";
+import { goTo, isAccessible, lying, sendFile, Site, upright } from "./harness";
+import { Surveyor } from "./simulated_site";
+
+const site = new Site();
+beforeAll(() => site.start());
+afterAll(async () => {
+  await site.stop();
+  expect(site.errors).toEqual([]);
+});
+
+// VANTAGE_SCREENSHOTS=FOLDER keeps what the screens look like.
+async function picture(page: Page, name: string): Promise<void> {
+  const folder = process.env.VANTAGE_SCREENSHOTS;
+  if (folder === undefined) return;
+  mkdirSync(folder, { recursive: true });
+  for (const [size, suffix] of [
+    [upright, "800"],
+    [lying, "1280"],
+  ] as const) {
+    await page.setViewportSize(size);
+    await page.waitForTimeout(400);
+    await page.screenshot({ path: `${folder}/${name}-${suffix}.png` });
+  }
+  await page.setViewportSize(upright);
+}
+
+test("a job from the first scan to 'enough'", async () => {
+  const page = await site.tablet();
+  const surveyor = new Surveyor();
+  await page.getByRole("button", { name: "New job" }).tap();
+  await page.getByLabel("Name of the job").fill("Flat by the canal");
+  await page.getByRole("radio", { name: "Coarse, 5 cm" }).tap();
+  await isAccessible(page, "a new job");
+  await picture(page, "new-job");
+  await page.getByRole("button", { name: "Start" }).tap();
+
+  await page.getByRole("heading", { name: "Make the first scan" }).waitFor();
+  await isAccessible(page, "before the first scan");
+  await sendFile(page, "kitchen.vrim", surveyor.first());
+  await page.getByText("Scan here next").waitFor();
+  const session = `sessions/${decodeURIComponent(/#\/([^/]+)/.exec(page.url())![1]!)}`;
+  const { fleet, models, scans, plans } = site.api;
+
+  let enough = false;
+  let made = 1;
+  for (; made < 7 && !enough; ++made) {
+    await page.getByText(/aligns to \d+\smm/).waitFor();
+    // The plan has ended: nothing improves any more.
+    await page.getByText("Still improving").waitFor({ state: "detached" });
+    if (made === 1) {
+      await isAccessible(page, "the next place");
+      await picture(page, "next");
+    }
+    if (made === 2) {
+      // Nobody can stand there after all; and then they can.
+      const before = (await plans.listRejections({ parent: session })).rejections.length;
+      await page.getByRole("button", { name: "Can't stand here" }).tap();
+      await isAccessible(page, "why nobody can stand there");
+      await page.getByRole("button", { name: "Something is in the way" }).tap();
+      await expect
+        .poll(async () => (await plans.listRejections({ parent: session })).rejections.length)
+        .toBe(before + 1);
+      await page.getByRole("button", { name: "Undo" }).first().tap();
+      await expect.poll(async () => (await plans.listRejections({ parent: session })).rejections.length).toBe(before);
+      await page.getByText("Still improving").waitFor({ state: "detached" });
+    }
+    await page.getByRole("button", { name: "Scanning here" }).tap();
+    const stations = async () => (await fleet.listStations({ parent: session })).stations;
+    await expect.poll(async () => (await stations()).length).toBe(1);
+    const [station] = await stations();
+    await goTo(page, "Stations");
+    await page.getByText("Made, data to come").waitFor();
+    if (made === 1) await isAccessible(page, "stations");
+    await sendFile(page, `scan-${made + 1}.vrim`, surveyor.at(station!.position!));
+    await expect
+      .poll(
+        async () =>
+          (await scans.listScans({ parent: session })).scans.filter((scan) => scan.merge !== undefined).length,
+        { timeout: 60_000 },
+      )
+      .toBe(made + 1);
+    // The station's scan has come: it waits no more.
+    await expect.poll(async () => (await stations()).length).toBe(0);
+    await goTo(page, "Next");
+    await page
+      .getByText(/Scan here next|Done here|Nowhere left to stand|No place would align/)
+      .first()
+      .waitFor();
+    await page.getByText("Still improving").waitFor({ state: "detached" });
+    enough = (await page.getByText(/Enough scanned|Done here/).count()) > 0;
+  }
+  const coverage = (await models.getCoverage({ name: session })).coverage!;
+  expect(coverage.estimatedCoverage).toBeGreaterThan(0.9);
+  expect(coverage.roomsNotEnteredCount).toBe(0);
+  await page.getByRole("button", { name: "What's left" }).tap();
+  await page.getByText("of the surface is at full density").waitFor();
+  await isAccessible(page, "what is left");
+  await picture(page, "left");
+  await page.getByRole("button", { name: "Close", exact: true }).first().tap();
+
+  // The plan: a place of one's own choice, in words.
+  await goTo(page, "Plan");
+  await page.getByRole("heading", { name: /Places to scan from|Scan here next/ }).waitFor();
+  await isAccessible(page, "the plan");
+  await picture(page, "plan");
+  // By keys alone: a station from the list, and the place in the middle of the plan.
+  await page.getByRole("button", { name: "Station 1", exact: true }).press("Enter");
+  await page.getByRole("heading", { name: "Station 1" }).waitFor();
+  await page.getByRole("region", { name: "Details" }).getByRole("button", { name: "Close" }).press("Enter");
+  await page.getByRole("img", { name: "Plan of the site" }).press("Enter");
+  await page.getByRole("heading", { name: "What a scan here brings" }).waitFor();
+  await page.getByRole("region", { name: "Details" }).getByRole("button", { name: "Close" }).press("Enter");
+  const canvas = page.locator("canvas").first();
+  const box = (await canvas.boundingBox())!;
+  await page.touchscreen.tap(box.x + 0.42 * box.width, box.y + 0.62 * box.height);
+  await page.getByRole("heading", { name: "What a scan here brings" }).waitFor();
+  await page.getByText("Working it out").waitFor({ state: "detached" });
+  await isAccessible(page, "a place that was tried");
+  await picture(page, "trial");
+
+  await goTo(page, "3D");
+  await page.getByText("Arranging the points").waitFor({ state: "detached" });
+  await isAccessible(page, "3D");
+  await picture(page, "solid");
+
+  await goTo(page, "Job");
+  await page.getByRole("heading", { name: "This tablet's scanner" }).waitFor();
+  await isAccessible(page, "the job");
+  await page.getByRole("radio", { name: "Dark" }).tap();
+  await isAccessible(page, "the job, dark");
+  await page.getByRole("button", { name: "Report" }).tap();
+  await page.getByRole("table").waitFor();
+  await isAccessible(page, "the report, dark");
+  await page.getByRole("button", { name: "Close", exact: true }).first().tap();
+  await page.getByRole("radio", { name: "Deutsch" }).tap();
+  await page.getByRole("heading", { name: "Was herauskommt" }).waitFor();
+  await page.getByRole("navigation").getByText("Stationen", { exact: true }).tap();
+  await isAccessible(page, "stations, dark, in German");
+  await picture(page, "stations-dark-de");
+  await page.context().close();
+}, 420_000);

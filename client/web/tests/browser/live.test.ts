@@ -1,0 +1,246 @@
+// Links that break, servers that die, tablets that meet, scans that do not fit.
+import { afterAll, beforeAll, expect, test } from "vitest";
+import { create } from "@bufbuild/protobuf";
+import { SessionSchema } from "../../src/gen/vantage/v1/session_pb";
+import { ScanState } from "../../src/gen/vantage/v1/scan_pb";
+import { presets } from "../../src/words/presets";
+import { goTo, isAccessible, sendFile, Site } from "./harness";
+import { Surveyor } from "./simulated_site";
+
+const site = new Site();
+beforeAll(() => site.start());
+afterAll(async () => {
+  await site.stop();
+  expect(site.errors).toEqual([]);
+});
+
+async function newJob(id: string): Promise<string> {
+  const session = create(SessionSchema, { displayName: id, planningConfig: { requiredDensityPerM2: 400 } });
+  await site.api.sessions.createSession({ sessionId: id, session });
+  return `sessions/${id}`;
+}
+const scansOf = async (session: string) => (await site.api.scans.listScans({ parent: session })).scans;
+const mergedIn = async (session: string) =>
+  (await scansOf(session)).filter((scan) => scan.state === ScanState.MERGED).length;
+
+test("the server dies in the middle of an upload and comes back: the scan arrives once; what was done meanwhile is sent once", async () => {
+  const session = await newJob("power-cut");
+  const page = await site.tablet({}, "#/power-cut/stations");
+  const surveyor = new Surveyor();
+  await sendFile(page, "first.vrim", surveyor.first());
+  await expect.poll(() => mergedIn(session), { timeout: 30_000 }).toBe(1);
+  await goTo(page, "Next");
+  await page.getByText(/aligns to/).waitFor();
+  await page.getByText("Still improving").waitFor({ state: "detached" });
+  await page.getByRole("button", { name: "Scanning here" }).tap();
+  await expect.poll(async () => (await site.api.fleet.listStations({ parent: session })).stations.length).toBe(1);
+  const station = (await site.api.fleet.listStations({ parent: session })).stations[0]!;
+
+  // Killed after the second piece.
+  let pieces = 0;
+  await page.route("**/vantage.v1.ScanService/UploadPiece", async (route) => {
+    pieces += 1;
+    if (pieces === 3) await site.killServer();
+    await route.continue();
+  });
+  await goTo(page, "Stations");
+  await sendFile(page, "second.vrim", surveyor.at(station.position!));
+  await page.getByText(/No connection\. It goes on by itself/).waitFor();
+  await page.getByText(/No connection,/).waitFor();
+  await page.getByText(/\d+ sec old/).waitFor();
+
+  // What somebody does meanwhile waits, and says so.
+  await goTo(page, "Next");
+  const place = () => page.locator(".find").first().textContent();
+  const refused = await place();
+  await page.getByRole("button", { name: "Can't stand here" }).tap();
+  await page.getByRole("button", { name: "Not safe" }).tap();
+  await page.getByText("1 entry waits to be sent").waitFor();
+  // The place is not shown any more, although no server has heard of it.
+  expect(await place()).not.toBe(refused);
+  await isAccessible(page, "without a connection");
+  // The tab is opened anew: what waits is still there.
+  await site.startServer();
+  await page.getByText("Live").waitFor({ timeout: 60_000 });
+  await expect.poll(() => mergedIn(session), { timeout: 60_000 }).toBe(2);
+  const rejections = async () => (await site.api.plans.listRejections({ parent: session })).rejections;
+  await expect.poll(async () => (await rejections()).length, { timeout: 30_000 }).toBe(1);
+  expect((await rejections())[0]!.reason).toBe("Not safe");
+  expect((await scansOf(session)).length).toBe(2);
+  await page.context().close();
+}, 240_000);
+
+test("a second tablet claims first: the other is told; what is free again can be kept", async () => {
+  const session = await newJob("two-crews");
+  for (const scannerId of ["red", "blue"]) {
+    await site.api.fleet.createScanner({ parent: session, scannerId, scanner: { displayName: scannerId } });
+  }
+  const page = await site.tablet({}, "#/two-crews/job");
+  await page.getByRole("radio", { name: "red" }).tap();
+  await goTo(page, "Stations");
+  await sendFile(page, "first.vrim", new Surveyor().first());
+  await expect.poll(() => mergedIn(session), { timeout: 30_000 }).toBe(1);
+  await goTo(page, "Next");
+  await page.getByText(/aligns to/).waitFor();
+  await page.getByText("Still improving").waitFor({ state: "detached" });
+  // Blue takes the very place between the plan and red's tap: red has not heard of it yet.
+  let place: { x: number; y: number; z: number } | undefined;
+  await page.route("**/vantage.v1.FleetService/ClaimView", async (route) => {
+    if (place === undefined) {
+      const plan = (await site.api.plans.listPlans({ parent: session })).plans.at(-1)!;
+      const full = (await site.api.plans.getPlan({ name: plan.name })).plan!;
+      const { x, y, z } = full.result!.views[0]!.position!;
+      place = { x, y, z };
+      await site.api.fleet.claimView({ parent: session, scanner: `${session}/scanners/blue`, position: place });
+    }
+    await route.continue();
+  });
+  await page.getByRole("button", { name: "Keep this place for me" }).tap();
+  await page.getByText(/blue has this place until/).waitFor();
+  const before = (await site.api.plans.listPlans({ parent: session })).plans.length;
+  const blues = (await site.api.fleet.listClaims({ parent: session })).claims;
+  expect(blues.map((claim) => claim.scanner)).toEqual([`${session}/scanners/blue`]);
+  // Blue gives it back, and the page hears of it; then red keeps a place, and it stays red's.
+  await site.api.fleet.releaseClaim({ name: blues[0]!.name });
+  const knows = async () => {
+    const { plans } = await site.api.plans.listPlans({ parent: session });
+    const last = plans.at(-1);
+    return last?.endTime !== undefined && plans.length > before;
+  };
+  await expect.poll(knows, { timeout: 30_000 }).toBe(true);
+  await page.getByText("Still improving").waitFor({ state: "detached" });
+  await page
+    .getByText(/aligns to/)
+    .first()
+    .waitFor();
+  await page.getByRole("button", { name: "Keep this place for me" }).tap();
+  await page.getByText("Kept for you").waitFor();
+  const claims = (await site.api.fleet.listClaims({ parent: session })).claims;
+  expect(claims.map((claim) => claim.scanner)).toEqual([`${session}/scanners/red`]);
+  await page.getByText("Still improving").waitFor({ state: "detached" });
+  await page.getByRole("button", { name: "Give this place back" }).tap();
+  await expect.poll(async () => (await site.api.fleet.listClaims({ parent: session })).claims.length).toBe(0);
+  await page.context().close();
+}, 120_000);
+
+test("a scan in doubt is decided on: shown where it fits, accepted or left out", async () => {
+  const session = await newJob("doubt");
+  const page = await site.tablet({}, "#/doubt/stations");
+  const surveyor = new Surveyor();
+  await sendFile(page, "first.vrim", surveyor.first());
+  await expect.poll(() => mergedIn(session), { timeout: 30_000 }).toBe(1);
+  // From the depth of the other room, which the first scan hardly saw through the door, and nobody says where.
+  for (const name of ["lost-1.vrim", "lost-2.vrim"]) {
+    await page.getByRole("button", { name: "Send a scan file" }).tap();
+    await page.getByRole("radio", { name: "I don't know" }).tap();
+    const bytes = surveyor.inFlat({ x: name === "lost-1.vrim" ? 8.2 : 7.9, y: 3.3, z: 1.5 });
+    await page.locator('input[type="file"]').setInputFiles({ name, mimeType: "", buffer: Buffer.from(bytes) });
+    await expect
+      .poll(
+        async () =>
+          (await scansOf(session)).filter((scan) =>
+            [ScanState.DOUBTFUL, ScanState.FAILED, ScanState.MERGED].includes(scan.state),
+          ).length,
+        { timeout: 30_000 },
+      )
+      .toBeGreaterThan(name === "lost-1.vrim" ? 1 : 2);
+  }
+  expect(
+    (await scansOf(session)).map((scan) => scan.state === ScanState.DOUBTFUL || scan.state === ScanState.FAILED),
+  ).toEqual([false, true, true]);
+  await page.getByRole("heading", { name: "Does not fit: decide" }).waitFor();
+  await page.getByRole("button", { name: /lost-1/ }).tap();
+  await page.getByRole("radio", { name: /where it fits best/ }).waitFor();
+  await isAccessible(page, "a scan in doubt");
+  await page.getByRole("button", { name: "It was made at A" }).tap();
+  await expect.poll(() => mergedIn(session), { timeout: 30_000 }).toBe(2);
+  await page.getByRole("button", { name: /lost-2/ }).tap();
+  await page.getByRole("button", { name: "Show its place" }).tap();
+  await page.getByRole("button", { name: "Turn left by 15 degrees" }).tap();
+  await isAccessible(page, "a scan that is placed by hand");
+  await page.getByRole("button", { name: "Back", exact: true }).tap();
+  await page.getByRole("button", { name: "Leave it out" }).tap();
+  await page.getByRole("alertdialog").getByRole("button", { name: "Leave it out" }).tap();
+  await expect
+    .poll(async () => (await scansOf(session)).filter((scan) => scan.state === ScanState.WITHDRAWN).length)
+    .toBe(1);
+  await page.context().close();
+}, 120_000);
+
+test("what is no scan, and a job that is deleted while it is shown, are told in plain words", async () => {
+  const session = await newJob("wrong");
+  const page = await site.tablet({}, "#/wrong/stations");
+  for (const [name, head, words] of [
+    ["holiday.jpg", "\xff\xd8\xff\xe0", "This file is no scan."],
+    ["hall.e57", "ASTM-E57", "This server reads such files on a computer only so far."],
+    ["hall.fls", "\x00\x01", "This is the instrument's own format. Export it as E57 first."],
+    ["cut.vrim", "VRIM\x01\x00", "This file is cut off, or no range image."],
+  ] as const) {
+    await page.getByRole("button", { name: "Send a scan file" }).tap();
+    await page
+      .locator('input[type="file"]')
+      .setInputFiles({ name, mimeType: "", buffer: Buffer.from(head.padEnd(4000, "\x00"), "latin1") });
+    await page.getByText(words).waitFor();
+    await page.getByRole("button", { name: "Clear" }).first().tap();
+  }
+  // Of the right size, and none all the same: the server finds out.
+  const noise = new Surveyor().first();
+  noise.fill(0x55, 4000, 400_000);
+  await sendFile(page, "noise.vrim", noise);
+  await page.getByText("The file arrived, but it is no sound scan.").waitFor();
+  expect((await scansOf(session)).length).toBe(0);
+  await site.api.sessions.deleteSession({ name: session });
+  await page.getByText("This job is no longer on the server.").first().waitFor();
+  await isAccessible(page, "a job that is gone");
+  await page.context().close();
+}, 120_000);
+
+test("a page that is hidden holds no connection, and goes on where it was when it is shown", async () => {
+  const session = await newJob("hidden");
+  const page = await site.tablet();
+  const streams = { open: 0, begun: 0 };
+  const isWatch = (url: string) => url.includes("/WatchSession");
+  page.on("request", (request) => {
+    if (!isWatch(request.url())) return;
+    streams.open += 1;
+    streams.begun += 1;
+  });
+  for (const end of ["requestfinished", "requestfailed"] as const) {
+    page.on(end as "requestfailed", (request) => {
+      if (isWatch(request.url())) streams.open -= 1;
+    });
+  }
+  const setHidden = (hidden: boolean) =>
+    page.evaluate((value) => {
+      Object.defineProperty(document, "hidden", { configurable: true, get: () => value });
+      document.dispatchEvent(new Event("visibilitychange"));
+    }, hidden);
+  await page.goto(`${site.url}#/hidden/stations`);
+  await page.getByText("Live").waitFor();
+  await expect.poll(() => streams.open).toBe(1);
+  await setHidden(true);
+  await expect.poll(() => streams.open).toBe(0);
+  // What happens meanwhile is there when the page is shown again.
+  await site.api.fleet.createScanner({ parent: session, scannerId: "red", scanner: { displayName: "red" } });
+  expect(streams.begun).toBe(1);
+  await setHidden(false);
+  await expect.poll(() => streams.open).toBe(1);
+  await goTo(page, "Job");
+  await page.getByRole("radio", { name: "red" }).waitFor();
+  await page.context().close();
+}, 60_000);
+
+test("the server takes every instrument that the page offers", async () => {
+  for (const { id, settings } of presets) {
+    for (const setting of ["", ...settings]) {
+      const session = create(SessionSchema, {
+        scannerModels: [{ preset: id, setting }],
+        planningConfig: { requiredDensityPerM2: 400 },
+      });
+      const made = (await site.api.sessions.createSession({ session })).session!;
+      // The usual setting is the first in the list.
+      if (setting === "") expect(made.scannerModels[0]!.setting).toBe(settings[0]);
+      await site.api.sessions.deleteSession({ name: made.name });
+    }
+  }
+});

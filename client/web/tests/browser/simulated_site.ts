@@ -1,0 +1,140 @@
+// A small flat and a scanner in it: what a crew would send. Independent of the product's own simulation: boxes,
+// rays, and the encoding as proto/vantage/v1/upload.proto describes it.
+
+export interface Place {
+  x: number;
+  y: number;
+  z: number;
+}
+
+type Box = readonly [x0: number, y0: number, z0: number, x1: number, y1: number, z1: number];
+
+// Two rooms of 5 m by 4 m and 4 m by 4 m, a door between them, things in both. Metres, z up.
+const height = 2.6;
+export const flat: readonly Box[] = [
+  [-0.2, -0.2, -0.2, 9.3, 4.2, 0],
+  [-0.2, -0.2, height, 9.3, 4.2, height + 0.2],
+  [-0.2, -0.2, 0, 0, 4.2, height],
+  [9.1, -0.2, 0, 9.3, 4.2, height],
+  [-0.2, -0.2, 0, 9.3, 0, height],
+  [-0.2, 4, 0, 9.3, 4.2, height],
+  // The wall between the rooms, the door in it, its lintel.
+  [5, 0, 0, 5.1, 1.5, height],
+  [5, 2.5, 0, 5.1, 4, height],
+  [5, 1.5, 2.1, 5.1, 2.5, height],
+  // A cupboard, a table, a shelf, a bed.
+  [0, 3.4, 0, 1.6, 4, 2.0],
+  [2.4, 0.5, 0.7, 3.6, 1.3, 0.76],
+  [2.5, 0.6, 0, 2.56, 0.66, 0.7],
+  [3.4, 1.1, 0, 3.46, 1.16, 0.7],
+  [8.7, 2.2, 0, 9.1, 4, 1.8],
+  [6.2, 0, 0, 7.4, 1.9, 0.5],
+];
+
+// The same random numbers each time.
+export function randomNumbers(seed: number): () => number {
+  let state = seed >>> 0;
+  return () => {
+    state = (state + 0x6d2b79f5) >>> 0;
+    let value = Math.imul(state ^ (state >>> 15), state | 1);
+    value ^= value + Math.imul(value ^ (value >>> 7), value | 61);
+    return ((value ^ (value >>> 14)) >>> 0) / 4294967296;
+  };
+}
+
+function hit(boxes: readonly Box[], from: Place, d: Place): number {
+  let nearest = Infinity;
+  for (const box of boxes) {
+    let [enter, leave] = [-Infinity, Infinity];
+    for (const [p, v, low, high] of [
+      [from.x, d.x, box[0], box[3]],
+      [from.y, d.y, box[1], box[4]],
+      [from.z, d.z, box[2], box[5]],
+    ] as const) {
+      if (Math.abs(v) < 1e-12) {
+        if (p < low || p > high) enter = Infinity;
+        continue;
+      }
+      const [a, b] = [(low - p) / v, (high - p) / v];
+      enter = Math.max(enter, Math.min(a, b));
+      leave = Math.min(leave, Math.max(a, b));
+    }
+    if (enter <= leave && enter > 0 && enter < nearest) nearest = enter;
+  }
+  return nearest;
+}
+
+const step = (0.5 * Math.PI) / 180;
+const lowest = (-60 * Math.PI) / 180;
+const noise = 0.002;
+
+// An encoded range image: of a scanner upright at `at`, whose front points to `heading`, rad.
+export function scan(at: Place, heading: number, seed: number): Uint8Array {
+  const random = randomNumbers(seed);
+  const gauss = () => Math.sqrt(-2 * Math.log(random() || 1e-12)) * Math.cos(2 * Math.PI * random());
+  const columns = Math.round((2 * Math.PI) / step);
+  const rows = Math.floor((Math.PI / 2 - lowest) / step);
+  const size = 32 + 8 * rows + columns * (8 + 4 * rows);
+  const bytes = new Uint8Array(size);
+  const view = new DataView(bytes.buffer);
+  bytes.set([0x56, 0x52, 0x49, 0x4d]);
+  view.setUint16(4, 1, true);
+  view.setUint16(6, 1, true);
+  view.setUint32(8, columns, true);
+  view.setUint32(12, rows, true);
+  view.setFloat64(16, step, true);
+  view.setFloat64(24, step, true);
+  for (let row = 0; row < rows; ++row) view.setFloat64(32 + 8 * row, lowest + row * step, true);
+  for (let column = 0; column < columns; ++column) {
+    const begin = 32 + 8 * rows + column * (8 + 4 * rows);
+    const azimuth = -Math.PI + column * step;
+    view.setFloat64(begin, azimuth, true);
+    let before = 0;
+    for (let row = 0; row < rows; ++row) {
+      const elevation = lowest + row * step;
+      const [c, s] = [Math.cos(elevation), Math.sin(elevation)];
+      const range = hit(flat, at, { x: c * Math.cos(azimuth + heading), y: c * Math.sin(azimuth + heading), z: s });
+      let code = 0;
+      if (range >= 0.5 && range < 20) {
+        const tenths = Math.max(1, Math.round((range + noise * gauss()) * 1e4));
+        const difference = tenths - before;
+        code = 2 + (difference >= 0 ? 2 * difference : -2 * difference - 1);
+        before = tenths;
+      }
+      for (let plane = 0; plane < 4; ++plane) bytes[begin + 8 + plane * rows + row] = (code >>> (8 * plane)) & 0xff;
+    }
+  }
+  return bytes;
+}
+
+// A surveyor in the flat: knows where the job's own frame lies in it, which begins with the first scan.
+export class Surveyor {
+  readonly start: Place = { x: 1.6, y: 2, z: 1.5 };
+  readonly heading = 0.7;
+  #made = 0;
+
+  first(): Uint8Array {
+    return scan(this.start, this.heading, ++this.#made);
+  }
+
+  // A scan from a place in the flat itself, which nobody knows in the job's frame.
+  inFlat(place: Place): Uint8Array {
+    const seed = ++this.#made;
+    return scan(place, 2 * Math.PI * randomNumbers(1000 + seed)(), seed);
+  }
+
+  // A scan from a place in the job's frame; the tripod misses it by some centimetres, and the scanner is turned
+  // anyhow.
+  at(place: Place): Uint8Array {
+    const seed = ++this.#made;
+    const random = randomNumbers(1000 + seed);
+    const [c, s] = [Math.cos(this.heading), Math.sin(this.heading)];
+    const off = () => 0.08 * (random() - 0.5);
+    const there = {
+      x: this.start.x + c * place.x - s * place.y + off(),
+      y: this.start.y + s * place.x + c * place.y + off(),
+      z: this.start.z + place.z + off(),
+    };
+    return scan(there, 2 * Math.PI * random(), seed);
+  }
+}

@@ -1,0 +1,116 @@
+import { create } from "@bufbuild/protobuf";
+import { expect, test } from "vitest";
+import english from "../../src/texts/en.json";
+import { RankedViewSchema } from "../../src/gen/vantage/v1/plan_pb";
+import {
+  RegistrationBasis,
+  RegistrationOutcome,
+  RegistrationVerdictSchema,
+} from "../../src/gen/vantage/v1/registration_pb";
+import { fill } from "../../src/texts/texts.svelte";
+import { alignment, caution, finding, gainHeadline, gainParts, sideOf, type Say } from "../../src/words/sentences";
+
+const say: Say = (key, parameters = {}) => fill(english[key], parameters, "en");
+
+test("sides are those of somebody who walks from the station to the place", () => {
+  // Walking north.
+  const [from, to] = [
+    { x: 0, y: 0 },
+    { x: 0, y: 3 },
+  ];
+  expect(sideOf(from, to, { x: 0, y: 1 })).toBe("ahead");
+  expect(sideOf(from, to, { x: 0, y: -1 })).toBe("behind");
+  expect(sideOf(from, to, { x: -1, y: 0 })).toBe("left");
+  expect(sideOf(from, to, { x: 1, y: 0 })).toBe("right");
+  // The same when the world is turned by any angle.
+  for (let turn = 0; turn < 6.3; turn += 0.21) {
+    const [c, s] = [Math.cos(turn), Math.sin(turn)];
+    const rotate = ({ x, y }: { x: number; y: number }) => ({ x: c * x - s * y, y: s * x + c * y });
+    expect(sideOf(rotate(from), rotate(to), rotate({ x: -1, y: 0.2 }))).toBe("left");
+  }
+});
+
+const view = create(RankedViewSchema, {
+  position: { x: 0, y: 3, z: 1.5 },
+  modelGainM2: 14,
+  modelGainByKindM2: { trueSurface: 9, occlusion: 4, holeBoundary: 0.2, imageBoundary: 0.8 },
+  expectedGainM2: 22,
+  expectedGainLowerM2: 15,
+  expectedGainUpperM2: 31,
+  expectedSurfaceGainM2: 5,
+  heightOverFloorM: 1.45,
+  location: {
+    walls: [
+      { wallNormal: { x: 1, y: 0, z: 0 }, distanceM: 1.2 },
+      { wallNormal: { x: 0, y: -1, z: 0 }, distanceM: 3.4 },
+    ],
+  },
+});
+
+test("the gain is the forecast with its range", () => {
+  expect(gainHeadline(view, say, "en")).toEqual({ figure: "22\u00a0m²", range: "likely 15 to 31\u00a0m²" });
+  expect(gainHeadline(create(RankedViewSchema, {}), say, "en")).toBeUndefined();
+  // A plan that has only the model's own gain yet.
+  expect(gainHeadline(create(RankedViewSchema, { modelGainM2: 3.04 }), say, "en")).toEqual({
+    figure: "3.0\u00a0m²",
+    range: "",
+  });
+});
+
+test("the parts of the gain are the largest, and none that is nothing", () => {
+  expect(gainParts(view, say, "en")).toEqual([
+    "9.0\u00a0m² scanned too thinly so far",
+    // 4 that are known to be hidden, and the 3 that the forecast has beyond the model and the unseen.
+    "7.0\u00a0m² hidden behind things",
+    "5.0\u00a0m² that nobody saw yet",
+  ]);
+});
+
+test("a place is found from the last station and from walls by side", () => {
+  const last = { position: view.position!, name: "4" };
+  const from = { ...last, position: { ...last.position, y: 0 } };
+  expect(finding(view, from, say, "en")).toEqual([
+    "3.0\u00a0m from station 4",
+    "1.2\u00a0m from the wall on the left",
+    "3.4\u00a0m from the wall ahead",
+    "tripod 1.45\u00a0m",
+  ]);
+  expect(finding(view, undefined, say, "en")[0]).toBe("1.2\u00a0m from the wall");
+});
+
+test("a verdict is said in millimetres, never by angles", () => {
+  const good = create(RegistrationVerdictSchema, { outcome: RegistrationOutcome.REGISTERED, errorBoundM: 0.00172 });
+  expect(alignment(good, false, say, "en")).toEqual({ standing: "good", words: "aligns to 2\u00a0mm", why: "" });
+  expect(alignment(good, true, say, "en").words).toBe("aligned to 2\u00a0mm");
+  expect(alignment(undefined, false, say, "en").standing).toBe("unknown");
+});
+
+test("every reason not to register has words, without the server's own", () => {
+  for (const basis of Object.values(RegistrationBasis).filter(
+    (value): value is RegistrationBasis => typeof value === "number",
+  )) {
+    const verdict = create(RegistrationVerdictSchema, {
+      outcome: RegistrationOutcome.DOUBTFUL,
+      basis,
+      overlapShare: 0.043,
+      errorBoundM: 0.0094,
+      weakestDescription: "tilting about 57 degrees",
+      message: "internals",
+    });
+    const said = alignment(verdict, true, say, "en");
+    expect(said.standing).toBe("doubtful");
+    expect(said.why).not.toMatch(/degrees|internals|undefined|\{/);
+    if (basis === RegistrationBasis.OVERLAP) expect(said.why).toContain("4\u00a0%");
+  }
+});
+
+test("what is assumed of a place is said", () => {
+  const room = create(RankedViewSchema, {
+    expectedStation: { radiusM: 1.2, chance: 0.9, doorway: { x: 1, y: 1, z: 0 } },
+  });
+  expect(caution(room, say, "en")).toContain("room that nobody entered");
+  expect(caution(create(RankedViewSchema, { floorMeasured: false }), say, "en")).toBe(
+    "The floor there was not measured.",
+  );
+  expect(caution(create(RankedViewSchema, { floorMeasured: true }), say, "en")).toBe("");
+});

@@ -1,0 +1,19 @@
+import { svelte } from "@sveltejs/vite-plugin-svelte";
+import { defineConfig } from "vitest/config";
+
+export default defineConfig({
+  plugins: [svelte()],
+  // Relative, so that a server may have the page below any path.
+  base: "./",
+  build: {
+    outDir: "../../build/web",
+    emptyOutDir: true,
+    // What tablets of the last years have.
+    target: ["chrome100", "safari15.4", "firefox100"],
+    modulePreload: { polyfill: false },
+    // three.js is large, and loaded only where the model is shown in 3D.
+    chunkSizeWarningLimit: 800,
+  },
+  worker: { format: "es" },
+  test: { include: ["tests/unit/**/*.test.ts"], environment: "node" },
+});
