@@ -2,7 +2,9 @@
 
 #include <Eigen/Geometry>
 #include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_format.h"
 #include "core/registration/global_registration.h"
@@ -16,6 +18,17 @@ namespace {
 // Of the samples, in space known to be empty or behind walls: more than furniture that was moved
 // makes of a scan where it was made.
 constexpr double kContradicted = 0.1;
+// m and rad: the search and the alignment from the prior ended in the same place. Aligned poses of
+// one minimum lie within a centimetre of each other, and no two rooms lie so near.
+constexpr double kSamePlace = 0.2;
+constexpr double kSameTurn = 0.05;
+
+double Turn(const Eigen::Isometry3d& change) { return Eigen::AngleAxisd(change.linear()).angle(); }
+
+bool AreOnePlace(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  const Eigen::Isometry3d apart = a.inverse() * b;
+  return apart.translation().norm() < kSamePlace && Turn(apart) < kSameTurn;
+}
 
 // Whether the scan speaks against where it was said to be made, and not only against how firmly its
 // shape holds it there, or between places as good.
@@ -24,6 +37,14 @@ bool DoesNotFit(const RegistrationResult& as_given, const RegistrationConfig& co
   if (as_given.contradiction_share > kContradicted) return true;
   return as_given.verdict.outcome == RegistrationOutcome::kFailed &&
          (!as_given.converged || as_given.verdict.overlap_share < config.minimum_overlap);
+}
+
+// Whether a search without the prior found where the scan fits: for certain but for places that
+// look the same, which it names.
+bool FoundPlaces(const RegistrationVerdict& verdict) {
+  if (verdict.registered()) return true;
+  return verdict.outcome == RegistrationOutcome::kDoubtful &&
+         verdict.bases == std::vector<RegistrationBasis>{RegistrationBasis::kRivalPose};
 }
 
 // What the search without the prior found, as a doubtful result; nothing where it found no other
@@ -35,17 +56,25 @@ std::optional<RegistrationResult> FoundElsewhere(const model::PlanningView& mode
                                                  const RegistrationConfig& config,
                                                  parallel::Parallel& parallel) {
   auto found = RegisterGlobally(model, scan, last_pose, config, parallel);
-  if (!found.ok() || !found->verdict.registered()) return std::nullopt;
+  if (!found.ok() || !FoundPlaces(found->verdict)) return std::nullopt;
+  if (AreOnePlace(found->T_world_scan, as_given.T_world_scan)) return std::nullopt;
   const Eigen::Isometry3d apart = scan.prior->T_world_scan.inverse() * found->T_world_scan;
-  const double turned = Eigen::AngleAxisd(apart.linear()).angle();
+  const std::string distance = absl::StrFormat(
+      "%.2f m, and %.0f degrees,", apart.translation().norm(), sensor::Degrees(Turn(apart)));
   RegistrationVerdict& verdict = found->verdict;
   verdict.outcome = RegistrationOutcome::kDoubtful;
-  verdict.bases = {RegistrationBasis::kNoPosePrior};
+  if (found->rival_poses.empty()) verdict.bases = {RegistrationBasis::kNoPosePrior};
   verdict.reason = absl::StrFormat(
-      "the pose given does not fit (%s); the scan fits %.2f m from there, turned by %.0f degrees, "
-      "but a room that looks the same would, too",
-      as_given.verdict.reason, apart.translation().norm(), sensor::Degrees(turned));
-  verdict.remedy = "accept it if it was made there, or give a better prior pose";
+      "the pose %s does not fit: it is %s off what the surfaces say, unless the scan was made in a "
+      "place that looks the same (as given: %s%s)",
+      scan.prior->from_file_header ? "in the file's header" : "given", distance,
+      as_given.verdict.reason,
+      found->rival_poses.empty() ? "" : "; several known places look the same");
+  verdict.remedy =
+      scan.prior->from_file_header
+          ? "accept it if it was made there; else give a prior pose, and leave out the "
+            "file's"
+          : "accept it if it was made there, or give a better prior pose";
   found->residuals.reset();
   found->seconds += as_given.seconds;
   return *std::move(found);

@@ -18,10 +18,11 @@ namespace vantage::registration {
 // The alignment starts from the scan's prior; where it has none, from the pose that its targets
 // give; where they give none, from the best of a search of the whole site, which begins at
 // `last_pose` (scanner to world frame): that of the scan before. Where a prior that is not trusted
-// does not fit at all, and no targets were seen, that search is tried, too; what it finds is
+// does not fit, and no targets were seen, that search is tried, too. What it finds elsewhere is
 // doubtful, since the scan may have been made where the prior says, in a room that looks like a
-// known one: the verdict says how far apart the two are. Errors as of RegisterWithTargets() and
-// RegisterGlobally().
+// known one: the verdict says how far apart the two are, and other places that look the same are
+// rivals. A prior from which the scan registers costs no search. Errors as of RegisterWithTargets()
+// and RegisterGlobally().
 absl::StatusOr<RegistrationResult> PlaceAndRegister(const model::PlanningView& model,
                                                     const sensor::Scan& scan,
                                                     const Eigen::Isometry3d& last_pose,

@@ -18,6 +18,7 @@
 #include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
 #include "server/session/gain_promise.h"
+#include "server/session/header_frame.h"
 #include "server/session/instrument.h"
 #include "server/session/scan_links.h"
 #include "server/session/sightings.h"
@@ -227,9 +228,11 @@ void ScanReconciler::Align(const v1::Scan& scan, sensor::Scan& data,
     Eigen::Isometry3d last_pose = Eigen::Isometry3d::Identity();
     v1::PlanningConfig config;
     registration::InstrumentResiduals instrument;
+    HeaderAdvice header;
     journal_.Read([&](const SessionState& state) {
       config = state.session.planning_config();
       instrument = InstrumentShown(state, scan.scanner_model(), scan.name());
+      header = AdviseOnHeader(state, scan, context_.origin());
       for (const std::string& name : state.scan_order) {
         const ScanRecord& record = state.scans.at(name);
         if (record.in_model) {
@@ -242,9 +245,17 @@ void ScanReconciler::Align(const v1::Scan& scan, sensor::Scan& data,
         config, {}, context_.origin(), model.view->voxel_size(), "planning_config", "", violations);
     planning.registration.instrument = instrument;
     const absl::Time started = absl::Now();
-    absl::StatusOr<registration::RegistrationResult> result =
-        dependencies_.algorithms.register_scan(*model.view, data, last_pose, targets,
-                                               planning.registration, parallel);
+    if (header.repeated) data.prior.reset();
+    const auto align = [&] {
+      return dependencies_.algorithms.register_scan(*model.view, data, last_pose, targets,
+                                                    planning.registration, parallel);
+    };
+    absl::StatusOr<registration::RegistrationResult> result = align();
+    if (result.ok() && !result->verdict.registered() && data.prior && header.in_frame) {
+      data.prior->T_world_scan = *header.in_frame;
+      absl::StatusOr<registration::RegistrationResult> in_frame = align();
+      if (in_frame.ok() && in_frame->verdict.registered()) result = std::move(in_frame);
+    }
     if (!result.ok()) {
       return Refuse(scan, v1::SCAN_STATE_FAILED, std::string(result.status().message()), nullptr);
     }

@@ -3,9 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
+#include "absl/strings/str_format.h"
+#include "core/model/partial_model.h"
 #include "core/parallel/parallel.h"
 #include "core/registration/registration.h"
 #include "tests/core/registration/box_scene.h"
@@ -57,20 +60,100 @@ TEST_F(PlaceAndRegisterTest, StartsFromThePrior) {
 TEST_F(PlaceAndRegisterTest, WhereThePriorDoesNotFitTheSiteIsSearchedAndItIsSaid) {
   scan_.prior.emplace();
   for (const Eigen::Isometry3d& wrong :
-       {PoseAt({-2.4, 1.9, 1.5}, 0.4), PoseAt({40, 7, 1.5}, 2.5), PoseAt({1.5, -1.2, 3.5}, -1.2)}) {
+       {PoseAt({-2.4, 1.9, 1.5}, 0.4), PoseAt({40, 7, 1.5}, 2.5), PoseAt({1.5, -1.2, 3.5}, -1.2),
+        // In its place, with 2.5 degrees taken for radians; and in a national grid.
+        PoseAt({0.9, 0.1, 1.5}, sensor::Radians(2.5)), PoseAt({4'512'345, 5'234'567, 120}, 1)}) {
     scan_.prior->T_world_scan = wrong;
+    scan_.prior->from_file_header = false;
     scan_.prior->trusted = false;
     const auto result = Run();
     EXPECT_LT(Off(result), 0.005);
     EXPECT_EQ(result->verdict.outcome, RegistrationOutcome::kDoubtful) << "a person decides";
     EXPECT_NE(result->verdict.reason.find("the pose given does not fit"), std::string::npos)
         << result->verdict.reason;
+    scan_.prior->from_file_header = true;
+    const auto of_header = Run();
+    ASSERT_TRUE(of_header.ok());
+    EXPECT_EQ(of_header->T_world_scan.matrix(), result->T_world_scan.matrix()) << "only words";
+    const std::string said =
+        absl::StrFormat("the pose in the file's header does not fit: it is %.2f m, and ",
+                        (wrong.translation() - of_header->T_world_scan.translation()).norm());
+    EXPECT_EQ(of_header->verdict.reason.rfind(said, 0), 0U) << of_header->verdict.reason;
     scan_.prior->trusted = true;
     scan_.prior->covariance = 1e-4 * sensor::Matrix6d::Identity();
     EXPECT_FALSE(Run()->verdict.registered()) << "one that is trusted stands";
-    EXPECT_GT(Off(Run()), 1);
+    EXPECT_EQ(Run()->T_world_scan.matrix(), wrong.matrix());
     scan_.prior->covariance.reset();
   }
+}
+
+// People fill an eighth of the view. The place is right, and stays as the prior led to it.
+TEST_F(PlaceAndRegisterTest, ARightPriorStaysAlsoWhereMuchHasChanged) {
+  BoxScene with_people = scene_;
+  for (const Eigen::Vector2d& at : {Eigen::Vector2d(0.1, 0.6), Eigen::Vector2d(1.5, -0.5)}) {
+    with_people.solids.emplace_back(Eigen::Vector3d(at.x() - 0.3, at.y() - 0.2, 0),
+                                    Eigen::Vector3d(at.x() + 0.3, at.y() + 0.2, 1.9));
+  }
+  scan_ = ScanScene(with_people, truth_, {}, 36);
+  scan_.prior.emplace();
+  scan_.prior->T_world_scan = PoseAt({0.95, 0.05, 1.5}, 2.48);
+  scan_.prior->from_file_header = true;
+  const auto result = Run();
+  const auto as_given = RegisterWithTargets(*model_, scan_, *scan_.prior, {}, {}, serial_);
+  ASSERT_TRUE(result.ok() && as_given.ok());
+  EXPECT_GT(as_given->contradiction_share, 0.1) << "else nothing is searched";
+  EXPECT_LT(Off(result), 0.01);
+  EXPECT_EQ(result->T_world_scan.matrix(), as_given->T_world_scan.matrix());
+  EXPECT_EQ(result->verdict.reason, as_given->verdict.reason);
+}
+
+// The same room twice, 20 m apart, and a header from elsewhere: nobody can tell which.
+TEST_F(PlaceAndRegisterTest, PlacesThatLookTheSameAreAllNamed) {
+  const Eigen::Vector3d away(20, 0, 0);
+  const Eigen::Isometry3d first = PoseAt({-1, -0.6, 1.4}, 0);
+  const auto partial = model::PartialModel::Create({}).value();
+  partial->Insert("one", ScanScene(scene_, first, {}, 1), first, serial_).value();
+  Eigen::Isometry3d second = first;
+  second.pretranslate(away);
+  partial->Insert("two", ScanScene(scene_, first, {}, 2), second, serial_).value();
+  scan_.prior.emplace();
+  scan_.prior->T_world_scan = PoseAt({10, 15, 1.5}, 0.3);
+  scan_.prior->from_file_header = true;
+  const auto result = PlaceAndRegister(*partial->Publish(), scan_, second, {}, {}, serial_);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->verdict.outcome, RegistrationOutcome::kDoubtful);
+  ASSERT_EQ(result->rival_poses.size(), 1U) << result->verdict.reason;
+  const Eigen::Vector3d found = result->T_world_scan.translation();
+  const Eigen::Vector3d other = result->rival_poses[0].T_world_scan.translation();
+  EXPECT_NEAR(
+      std::min((found - truth_.translation()).norm(), (other - truth_.translation()).norm()), 0,
+      0.01);
+  EXPECT_NEAR((found - other).norm(), away.norm(), 0.02);
+  EXPECT_NE(result->verdict.reason.find("several known places look the same"), std::string::npos)
+      << result->verdict.reason;
+}
+
+// A header that says the storey below, where the room is another one.
+TEST_F(PlaceAndRegisterTest, TheRightStoreyIsFound) {
+  const Eigen::Vector3d up(0, 0, 3.1);
+  const Eigen::Isometry3d first = PoseAt({-1, -0.6, 1.4}, 0);
+  const auto partial = model::PartialModel::Create({}).value();
+  BoxScene below = FurnishedRoom(9);
+  below.room = Eigen::AlignedBox3d(Eigen::Vector3d(-1.7, -3.4, 0), Eigen::Vector3d(4.1, 1.6, 2.7));
+  partial->Insert("low", ScanScene(below, first, {}, 1), first, serial_).value();
+  Eigen::Isometry3d above = first;
+  above.pretranslate(up);
+  partial->Insert("high", ScanScene(scene_, first, {}, 2), above, serial_).value();
+  scan_.prior.emplace();
+  scan_.prior->T_world_scan = truth_;
+  scan_.prior->from_file_header = true;
+  const auto result = PlaceAndRegister(*partial->Publish(), scan_, above, {}, {}, serial_);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->verdict.outcome, RegistrationOutcome::kDoubtful);
+  EXPECT_LT((result->T_world_scan.translation() - truth_.translation() - up).norm(), 0.01);
+  EXPECT_EQ(
+      result->verdict.reason.rfind("the pose in the file's header does not fit: it is 3.1", 0), 0U)
+      << result->verdict.reason;
 }
 
 TEST_F(PlaceAndRegisterTest, WithoutOneFromWhatTheTargetsSay) {
