@@ -121,7 +121,7 @@ class DoubtfulLinks {
     doubt.T_a_b = link.T_a_b;
     sensor::Vector6d vague;
     vague << Eigen::Vector3d::Constant(1 / (kVagueRotation * kVagueRotation)),
-        Eigen::Vector3d::Constant(1 / (kLooseShift * kVagueShift));
+        Eigen::Vector3d::Constant(1 / (kLooseShift * kLooseShift));
     sensor::Matrix6d information = link.information;
     information.diagonal() += vague;
     const sensor::Vector6d scale = information.diagonal().cwiseSqrt().cwiseInverse();
