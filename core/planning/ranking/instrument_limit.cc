@@ -25,11 +25,14 @@ InstrumentLimit FindInstrumentLimit(const PlanningProblem& problem, const Regist
         return registration::kBoundMargin * view.verdict.judged_bound <= config.required_accuracy;
       });
   if (met) return limit;
+  // As soon as nothing registers, why is what the plan is good for: whatever time is left.
+  parallel::Budget untimed = budget;
+  untimed.deadline = parallel::Budget::Clock::time_point::max();
   const std::vector<model::Station>& stations = problem.model().stations();
   const size_t asked = std::min(stations.size(), kMostStationsAsked);
   for (size_t k = stations.size() - asked; k < stations.size(); ++k) {
     const auto at =
-        problem.overlap().BoundsAt(stations[k].position, problem.scene(), config, budget);
+        problem.overlap().BoundsAt(stations[k].position, problem.scene(), config, untimed);
     if (!at.has_value()) return {std::nullopt, limit.rays};
     limit.rays += at->rays;
     if (registration::kBoundMargin * at->bounds.bound <= config.required_accuracy) {
