@@ -20,8 +20,8 @@ struct InstrumentLimit {
 
 // Where every view that was checked was refused for a bound beyond what is required, asks it of
 // scans that would be made where stations are, which overlap by all that is known around them
-// (registration::AttainableInstead()); the smallest of their bounds counts. Heeds of the budget only
-// whether it was cancelled: that is sixteen predictions at most.
+// (registration::AttainableInstead()); the smallest of their bounds counts. Heeds of the budget
+// only whether it was cancelled: that is sixteen predictions at most.
 InstrumentLimit FindInstrumentLimit(const PlanningProblem& problem, const RegistrationCheck& check,
                                     const parallel::Budget& budget);
 
