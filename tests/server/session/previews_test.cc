@@ -15,8 +15,8 @@
 namespace vantage::session {
 namespace {
 
-const Eigen::Vector3d kFirst(2.0, 1.5, 1.4);
-const Eigen::Vector3d kSecond(3.0, 2.5, 1.4);
+const Eigen::Vector3d kFirstPlace(2.0, 1.5, 1.4);
+const Eigen::Vector3d kSecondPlace(3.0, 2.5, 1.4);
 
 std::string Whole(const Eigen::Vector3d& position) { return fixture::EncodedRoom(position, 2.0); }
 
@@ -64,7 +64,8 @@ class PreviewsTest : public testing::Test {
     return scan.name();
   }
   absl::Status Refused(const std::string& replaces) {
-    return fixture::SendDescribed(*session_, Whole(kFirst), Described(kFirst, false, replaces))
+    return fixture::SendDescribed(*session_, Whole(kFirstPlace),
+                                  Described(kFirstPlace, false, replaces))
         .status();
   }
   bool Stored(const std::string& sha256) { return store_.GetBlob(sha256).ok(); }
@@ -88,7 +89,7 @@ void ExpectAsFromWholeScans(const model::PlanningView& view) {
   fixture::Script script;
   fixture::SessionHost host(store, script.Make());
   const auto session = fixture::OpenSession(host.registry, "other");
-  for (const Eigen::Vector3d& position : {kFirst, kSecond}) {
+  for (const Eigen::Vector3d& position : {kFirstPlace, kSecondPlace}) {
     ASSERT_TRUE(fixture::SendDescribed(*session, Whole(position), Described(position, false)).ok());
     session->WaitUntilIdle();
   }
@@ -101,10 +102,10 @@ void ExpectAsFromWholeScans(const model::PlanningView& view) {
 }
 
 TEST_F(PreviewsTest, TheWholeScanComesUnderTheSameNameAndNothingElseChanges) {
-  const std::string name = SendPreview(kFirst);
-  SendPreview(kSecond);
+  const std::string name = SendPreview(kFirstPlace);
+  SendPreview(kSecondPlace);
   const v1::Scan before = session_->scans().Get(name).value();
-  const v1::Scan whole = Send(Whole(kFirst), Described(kFirst, false, name));
+  const v1::Scan whole = Send(Whole(kFirstPlace), Described(kFirstPlace, false, name));
   EXPECT_EQ(whole.name(), name);
   EXPECT_EQ(whole.state(), v1::SCAN_STATE_MERGED);
   EXPECT_FALSE(whole.preview());
@@ -119,7 +120,7 @@ TEST_F(PreviewsTest, TheWholeScanComesUnderTheSameNameAndNothingElseChanges) {
   // One version more: it was never without the scan.
   EXPECT_EQ(session_->model().Current().version, 3U);
   const v1::Scan second =
-      Send(Whole(kSecond), Described(kSecond, false, "sessions/job/scans/scan-2"));
+      Send(Whole(kSecondPlace), Described(kSecondPlace, false, "sessions/job/scans/scan-2"));
   EXPECT_EQ(second.name(), "sessions/job/scans/scan-2");
   ExpectAsFromWholeScans(*View());
   const size_t surface = Surface(*View());
@@ -130,21 +131,22 @@ TEST_F(PreviewsTest, TheWholeScanComesUnderTheSameNameAndNothingElseChanges) {
 }
 
 TEST_F(PreviewsTest, ABetterPreviewMayComeFirst) {
-  const std::string name = SendPreview(kFirst);
-  const v1::Scan better = Send(Whole(kFirst), Described(kFirst, true, name));
+  const std::string name = SendPreview(kFirstPlace);
+  const v1::Scan better = Send(Whole(kFirstPlace), Described(kFirstPlace, true, name));
   EXPECT_TRUE(better.preview());
-  const v1::Scan whole = Send(fixture::EncodedRoom(kFirst, 1.0), Described(kFirst, false, name));
+  const v1::Scan whole =
+      Send(fixture::EncodedRoom(kFirstPlace, 1.0), Described(kFirstPlace, false, name));
   EXPECT_FALSE(whole.preview());
   EXPECT_EQ(whole.state(), v1::SCAN_STATE_MERGED);
   EXPECT_FALSE(Stored(better.sha256()));
 }
 
 TEST_F(PreviewsTest, AnotherScanIsDroppedAndThePreviewStays) {
-  const std::string name = SendPreview(kFirst);
-  SendPreview(kSecond);
+  const std::string name = SendPreview(kFirstPlace);
+  SendPreview(kSecondPlace);
   const v1::Scan before = session_->scans().Get(name).value();
   const size_t surface = Surface(*View());
-  const v1::Scan after = Send(Whole(kSecond), Described(kFirst, false, name));
+  const v1::Scan after = Send(Whole(kSecondPlace), Described(kFirstPlace, false, name));
   EXPECT_EQ(after.state(), v1::SCAN_STATE_MERGED);
   EXPECT_TRUE(after.preview());
   EXPECT_FALSE(after.has_replace_time());
@@ -155,18 +157,18 @@ TEST_F(PreviewsTest, AnotherScanIsDroppedAndThePreviewStays) {
   Restart();
   EXPECT_EQ(Surface(*View()), surface);
   // And its own scan still takes its place.
-  const v1::Scan whole = Send(Whole(kFirst), Described(kFirst, false, name));
+  const v1::Scan whole = Send(Whole(kFirstPlace), Described(kFirstPlace, false, name));
   EXPECT_FALSE(whole.preview());
   EXPECT_EQ(whole.state_message(), "");
 }
 
 TEST_F(PreviewsTest, OneThatDidNotRegisterIsAlignedAnew) {
-  SendPreview(kFirst);
+  SendPreview(kFirstPlace);
   script_.SetVerdict(registration::RegistrationOutcome::kDoubtful);
-  const v1::Scan doubtful = Send(Preview(kSecond), Described(kSecond, true));
+  const v1::Scan doubtful = Send(Preview(kSecondPlace), Described(kSecondPlace, true));
   ASSERT_EQ(doubtful.state(), v1::SCAN_STATE_DOUBTFUL);
   script_.SetVerdict(registration::RegistrationOutcome::kRegistered);
-  const v1::Scan whole = Send(Whole(kSecond), Described(kSecond, false, doubtful.name()));
+  const v1::Scan whole = Send(Whole(kSecondPlace), Described(kSecondPlace, false, doubtful.name()));
   EXPECT_EQ(whole.name(), doubtful.name());
   EXPECT_EQ(whole.state(), v1::SCAN_STATE_MERGED);
   EXPECT_EQ(whole.pose_source(), v1::POSE_SOURCE_REGISTRATION);
@@ -176,13 +178,15 @@ TEST_F(PreviewsTest, OneThatDidNotRegisterIsAlignedAnew) {
 // The server stops while the whole scan waits: the preview is in the model again, and then gives
 // way.
 TEST_F(PreviewsTest, ARestartInBetweenLosesNeither) {
-  const std::string name = SendPreview(kFirst);
+  const std::string name = SendPreview(kFirstPlace);
   script_.PauseAlignments();
-  ASSERT_TRUE(fixture::SendDescribed(*session_, Preview(kSecond), Described(kSecond, true)).ok());
+  ASSERT_TRUE(
+      fixture::SendDescribed(*session_, Preview(kSecondPlace), Described(kSecondPlace, true)).ok());
   script_.WaitForAlignment();
   const v1::Scan before = session_->scans().Get(name).value();
   ASSERT_TRUE(
-      fixture::SendDescribed(*session_, Whole(kFirst), Described(kFirst, false, name)).ok());
+      fixture::SendDescribed(*session_, Whole(kFirstPlace), Described(kFirstPlace, false, name))
+          .ok());
   EXPECT_EQ(session_->scans().Get(name)->state(), v1::SCAN_STATE_MERGING);
   EXPECT_TRUE(Stored(before.sha256()));
   EXPECT_EQ(View()->stations().size(), 1U);
@@ -192,14 +196,14 @@ TEST_F(PreviewsTest, ARestartInBetweenLosesNeither) {
   EXPECT_EQ(whole.state(), v1::SCAN_STATE_MERGED);
   EXPECT_FALSE(whole.preview());
   EXPECT_FALSE(Stored(before.sha256()));
-  Send(Whole(kSecond), Described(kSecond, false, "sessions/job/scans/scan-2"));
+  Send(Whole(kSecondPlace), Described(kSecondPlace, false, "sessions/job/scans/scan-2"));
   ExpectAsFromWholeScans(*View());
 }
 
 TEST_F(PreviewsTest, AWithdrawnOneLeavesWithBoth) {
-  const std::string name = SendPreview(kFirst);
+  const std::string name = SendPreview(kFirstPlace);
   const v1::Scan before = session_->scans().Get(name).value();
-  Send(Whole(kFirst), Described(kFirst, false, name));
+  Send(Whole(kFirstPlace), Described(kFirstPlace, false, name));
   ASSERT_TRUE(session_->scans().Withdraw(name, {}).ok());
   session_->WaitUntilIdle();
   EXPECT_EQ(View(), nullptr);
@@ -209,25 +213,27 @@ TEST_F(PreviewsTest, AWithdrawnOneLeavesWithBoth) {
 
 // A copy of a scan, whole or thinned, is no other look at the place.
 TEST_F(PreviewsTest, TheSameSamplesAreNotMergedTwice) {
-  const v1::Scan first = Send(Whole(kFirst), Described(kFirst, false));
+  const v1::Scan first = Send(Whole(kFirstPlace), Described(kFirstPlace, false));
   const size_t surface = Surface(*View());
-  for (const std::string& bytes : {Whole(kFirst), Preview(kFirst)}) {
-    const v1::Scan copy = Send(bytes, Described(kFirst, false));
+  for (const std::string& bytes : {Whole(kFirstPlace), Preview(kFirstPlace)}) {
+    const v1::Scan copy = Send(bytes, Described(kFirstPlace, false));
     EXPECT_EQ(copy.state(), v1::SCAN_STATE_FAILED);
     EXPECT_NE(copy.state_message().find(first.name()), std::string::npos) << copy.state_message();
     EXPECT_EQ(Surface(*View()), surface);
   }
   // As the same bytes are wherever they are said to come from.
-  EXPECT_EQ(Send(Whole(kFirst), Described(kSecond, false)).state(), v1::SCAN_STATE_FAILED);
-  EXPECT_EQ(Send(Whole(kSecond), Described(kSecond, false)).state(), v1::SCAN_STATE_MERGED);
+  EXPECT_EQ(Send(Whole(kFirstPlace), Described(kSecondPlace, false)).state(),
+            v1::SCAN_STATE_FAILED);
+  EXPECT_EQ(Send(Whole(kSecondPlace), Described(kSecondPlace, false)).state(),
+            v1::SCAN_STATE_MERGED);
   // It comes in again once the first has left.
   ASSERT_TRUE(session_->scans().Withdraw(first.name(), {}).ok());
   session_->WaitUntilIdle();
-  EXPECT_EQ(Send(Whole(kFirst), Described(kFirst, false)).state(), v1::SCAN_STATE_MERGED);
+  EXPECT_EQ(Send(Whole(kFirstPlace), Described(kFirstPlace, false)).state(), v1::SCAN_STATE_MERGED);
 }
 
 TEST_F(PreviewsTest, NothingElseIsReplaced) {
-  const v1::Scan whole = Send(Whole(kFirst), Described(kFirst, false));
+  const v1::Scan whole = Send(Whole(kFirstPlace), Described(kFirstPlace, false));
   const absl::Status none = Refused(whole.name());
   EXPECT_EQ(contract::ReasonOf(none), "SCAN_STATE") << none;
   EXPECT_NE(none.message().find("no preview"), std::string::npos);
