@@ -548,8 +548,9 @@ Canvas DrawPosePicture(const PosePicture& picture) {
     y += 24;
   }
   for (int i = 0; i < count; ++i) {
+    const int row = i / layout.columns;
     const Vector2d corner(kBorder + (i % layout.columns) * (layout.card + kBorder),
-                          header + (i / layout.columns) * layout.row);
+                          header + row * layout.row);
     DrawPose(canvas, picture, picture.poses[static_cast<size_t>(i)],
              sections[static_cast<size_t>(i)], extents[static_cast<size_t>(i)], layout, corner);
   }

@@ -517,7 +517,7 @@ absl::Status ModelMemory::Rebuild(parallel::Parallel& parallel) {
   }
   if (!moved.empty()) {
     if (context_.draining()) return Draining();
-    const absl::Status done = Move(moved, parallel).status();
+    absl::Status done = Move(moved, parallel).status();
     if (absl::IsUnavailable(done)) return done;
     if (!done.ok()) {
       // What can be had of the scans is merged again, and what cannot is told.

@@ -142,7 +142,7 @@ absl::Status PoseAdjuster::MoveInModel(const std::vector<Move>& moves,
     const absl::StatusOr<sensor::Scan> data = LoadScan(context_, *largest);
     if (!data.ok()) return data.status();
     const model::InsertSize size(*data, model_.config());
-    const absl::Status room =
+    absl::Status room =
         model_.Enlarge(*reservation, ModelMemory::DecodedBytes(*data) + size.PeakBytes());
     if (!room.ok()) return room;
   }

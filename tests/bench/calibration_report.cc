@@ -235,6 +235,7 @@ void PrintInstrument(const std::vector<CalibrationPair>& pairs) {
                pairs.size(), first.size());
   if (said > 0) {
     std::vector<double> after;
+    after.reserve(first.size());
     for (const auto& [scene, pair] : first) after.push_back(pair);
     absl::PrintF(", first at pair %.0f (median; last %.0f); attainable %.1f mm (median)",
                  Percentile(after, 0.5), Percentile(after, 1), 1000 * Percentile(attainable, 0.5));

@@ -99,8 +99,8 @@ std::vector<Correspondence> CorrespondencesOf(const VoxelSearch& search,
 FineResult Finish(const VoxelSearch& search, const ScanSurface& surface,
                   const Eigen::Isometry3d& pose, const PriorTerm& prior,
                   const RegistrationConfig& config, parallel::Parallel& parallel) {
-  const FineResult fine = AlignFine(search, surface, kFineSamples, pose, prior, config, parallel,
-                                    kFineSteps, WideScale(search.voxel_size()));
+  FineResult fine = AlignFine(search, surface, kFineSamples, pose, prior, config, parallel,
+                              kFineSteps, WideScale(search.voxel_size()));
   if (!fine.converged) return fine;
   const NarrowFit narrow =
       FindNarrowFit(CorrespondencesOf(search, First(surface, kScoreSamples), surface.roughness,

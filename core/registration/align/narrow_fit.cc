@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/registration/align/align_stages.h"
 #include "core/registration/align/pose_step.h"
 
 namespace vantage::registration {

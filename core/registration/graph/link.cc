@@ -234,7 +234,7 @@ class PatchAligner {
                   w * (weight > 0 ? weight : 1 / match.variance));
     }
     held.AddTo(normals, T_a_b, about);
-    const sensor::Vector6d change = SolveStep(normals);
+    sensor::Vector6d change = SolveStep(normals);
     T_a_b = MovedPose(T_a_b, change, about);
     return change;
   }
