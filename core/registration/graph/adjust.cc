@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "core/registration/graph/chi_square.h"
@@ -65,10 +66,11 @@ double WorstSigma(const sensor::Matrix6d& covariance) {
 }
 
 // The error that all links of a scan between surfaces share, since its own measurements are in each
-// of them: half of a link's covariance, of a link as good as the mean of them. About world axes.
+// of them: half of the covariance of its best link, which rests on most of what the others rest on.
+// About world axes.
 sensor::Matrix6d OwnError(const PoseGraph& graph, const SolvedGraph& solved, size_t node) {
-  sensor::Matrix6d information = sensor::Matrix6d::Zero();
-  int count = 0;
+  sensor::Matrix6d best = sensor::Matrix6d::Zero();
+  double most = -std::numeric_limits<double>::infinity();
   for (size_t k = 0; k < solved.datum.links.size(); ++k) {
     const PoseTerm& link = solved.datum.links[k];
     if ((link.a != node && link.b != node) ||
@@ -77,18 +79,22 @@ sensor::Matrix6d OwnError(const PoseGraph& graph, const SolvedGraph& solved, siz
     }
     const Residual residual = ResidualOf(link, solved.poses);
     const ResidualJacobian& by = link.a == node ? residual.by_a : residual.by_b;
-    information += by.transpose() * by;
-    ++count;
+    sensor::Matrix6d information = by.transpose() * by;
+    // Vague where the link says nothing: what the adjustment says of that is larger.
+    sensor::Vector6d scale = information.diagonal().cwiseSqrt();
+    for (int i = 0; i < 6; ++i) scale[i] = scale[i] > 0 ? 1 / scale[i] : 1;
+    sensor::Matrix6d unit = scale.asDiagonal() * information * scale.asDiagonal();
+    unit.diagonal().array() += kLeastKnown;
+    const Eigen::LDLT<sensor::Matrix6d> factor(unit);
+    // The logarithm of its determinant: how small a volume of poses it leaves.
+    const double known = factor.vectorD().array().max(kLeastKnown * kLeastKnown).log().sum() -
+                         2 * scale.array().log().sum();
+    if (!(known > most)) continue;
+    most = known;
+    const sensor::Matrix6d inverse = factor.solve(sensor::Matrix6d::Identity());
+    best = scale.asDiagonal() * inverse * scale.asDiagonal();
   }
-  if (count == 0) return sensor::Matrix6d::Zero();
-  // Vague where the links say nothing: what the adjustment says of that is larger.
-  sensor::Vector6d scale = information.diagonal().cwiseSqrt();
-  for (int i = 0; i < 6; ++i) scale[i] = scale[i] > 0 ? 1 / scale[i] : 1;
-  sensor::Matrix6d unit = scale.asDiagonal() * information * scale.asDiagonal();
-  unit.diagonal().array() += kLeastKnown;
-  const sensor::Matrix6d inverse = unit.ldlt().solve(sensor::Matrix6d::Identity());
-  const sensor::Matrix6d covariance = scale.asDiagonal() * inverse * scale.asDiagonal();
-  return 0.25 * count * (covariance + covariance.transpose());
+  return 0.25 * (best + best.transpose());
 }
 
 // Adds the scans' own errors to covariances that take links to be independent: that of each scan,

@@ -226,8 +226,10 @@ TEST(AdjustTest, OwnErrorsOfScansAreWithinTheCovariance) {
       ++count;
     }
   }
+  // The links' independent part, of which there is nothing here, comes on top: so sigmas are too
+  // large, but by less than a factor of two.
   EXPECT_LT(squares / count, 1.1);
-  EXPECT_GT(squares / count, 0.3);
+  EXPECT_GT(squares / count, 0.25);
   EXPECT_GT(static_cast<double>(within) / count, 0.93);
 }
 

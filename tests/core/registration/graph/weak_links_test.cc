@@ -58,6 +58,7 @@ TEST(WeakLinksTest, AdviceIsWorthWhatItSays) {
       ScanLink tie;
       tie.a = nodes[a].id;
       tie.b = nodes[b].id;
+      tie.origin = LinkOrigin::kStated;
       tie.T_a_b = scene.truth[a].inverse(Eigen::Isometry) * scene.truth[b];
       tie.information = LinkInformationOf(0.002, 0.0003);
       tied.push_back(tie);
