@@ -126,7 +126,8 @@ GraphScene ThreeStoreysGraph(size_t per_storey, uint64_t seed) {
     const size_t begin = scene.truth.size();
     first.push_back(begin);
     for (size_t i = 0; i < per_storey; ++i) {
-      const auto column = static_cast<double>(i / 2);
+      const size_t pair = i / 2;
+      const auto column = static_cast<double>(pair);
       const auto row = static_cast<double>(i % 2);
       scene.truth.push_back(RandomUpright(
           {3.5 * column + random.Between(-0.3, 0.3), 3.5 * row + random.Between(-0.3, 0.3),

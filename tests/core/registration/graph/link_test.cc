@@ -134,7 +134,7 @@ TEST(LinkTest, NoLinkWhereNothingIsShared) {
   const BoxScene scene = FurnishedRoom(5);
   const Placed a = PlacedIn(scene, PoseAt({-1.0, -0.6, 1.4}, 0.3), 1);
   const Placed b = PlacedIn(scene, PoseAt({0.9, 0.1, 1.5}, 2.1), 2);
-  const auto link_at = [&](const Eigen::Isometry3d& at_b, LinkOptions options = {}) {
+  const auto link_at = [&](const Eigen::Isometry3d& at_b, const LinkOptions& options = {}) {
     return LinkScans({"a", a.surface, a.truth}, {"b", b.surface, at_b}, {}, options);
   };
   Eigen::Isometry3d away = b.truth;
