@@ -180,7 +180,7 @@ size_t LinesOf(const PosePicture::Pose& pose) { return pose.figures.size() + pos
 // As many poses beside each other as shows them largest.
 PoseLayout ArrangePoses(const PosePicture& picture, const std::vector<Extent>& extents,
                         const std::vector<Section>& sections) {
-  const Vector2d size = extents.front().plan.sizes();
+  const Vector2d size = extents.empty() ? Vector2d(1, 1) : Vector2d(extents.front().plan.sizes());
   const int count = std::max<int>(1, static_cast<int>(picture.poses.size()));
   PoseLayout best;
   best.scale = 0;
@@ -527,7 +527,9 @@ Canvas DrawPosePicture(const PosePicture& picture) {
   const PoseLayout layout = ArrangePoses(picture, extents, sections);
   const int count = static_cast<int>(picture.poses.size());
   const int rows = (count + layout.columns - 1) / layout.columns;
-  const double across = std::max(extents.front().plan.sizes().x() * layout.scale, layout.card);
+  const double across =
+      extents.empty() ? layout.card
+                      : std::max(extents.front().plan.sizes().x() * layout.scale, layout.card);
   const double width =
       std::clamp(layout.columns * (across + kBorder) + kBorder, kLeastPage, kPageWidth);
   std::vector<std::string> figures;
