@@ -56,9 +56,12 @@ for package in $packages; do
   echo >>"$admin/status"
 done
 
-# Where a link of /etc/alternatives leads to a library (BLAS), no package has that link.
+# Where a link of /etc/alternatives leads to a library (BLAS), no package has that link: here it is
+# one of the package that has the library.
 for library in $libraries; do
-  [ -e "$root$library" ] || ln -s "$(readlink -f "$library")" "$root$library"
+  [ -e "$root$library" ] && continue
+  ln -s "$(readlink -f "$library")" "$root$library"
+  echo "$library" >>"$admin/info/$(owner "$library").list"
 done
 
 # Programs of base-files and others: none but the server.

@@ -33,9 +33,7 @@ double Disagreement(const sensor::PosePrior& trusted, const RegistrationResult& 
   change << rotation.angle() * rotation.axis(),
       aligned.T_world_scan.translation() - from.translation();
   // The alignment's covariance is about the overlap's centroid: move it to the scanner.
-  const Eigen::Vector3d arm = from.translation() - aligned.centroid;
-  sensor::Matrix6d move = sensor::Matrix6d::Identity();
-  move.bottomLeftCorner<3, 3>() << 0, arm.z(), -arm.y(), -arm.z(), 0, arm.x(), arm.y(), -arm.x(), 0;
+  const sensor::Matrix6d move = AboutOther(from.translation() - aligned.centroid);
   const sensor::Matrix6d covariance =
       move * aligned.covariance * move.transpose() + *trusted.covariance;
   return change.dot(covariance.ldlt().solve(change));

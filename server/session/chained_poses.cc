@@ -9,9 +9,11 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/registration/align/pose_step.h"
 #include "core/registration/align/targets.h"
 #include "core/registration/graph/chi_square.h"
 #include "core/registration/graph/consistency.h"
+#include "core/registration/graph/model_link.h"
 #include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
 
@@ -59,6 +61,32 @@ registration::ScanLink ReadLink(const v1::ScanLink& link) {
     out.information(i / 6, i % 6) = link.information(i);
   }
   out.in_doubt = link.in_doubt();
+  return out;
+}
+
+// How a scan was registered to the model; nothing where its pose is not of a registration.
+std::optional<registration::ModelRegistration> RegistrationOf(const v1::Scan& scan,
+                                                              const Eigen::Vector3d& origin) {
+  const v1::Registration& made = scan.registration();
+  if (scan.pose_source() != v1::POSE_SOURCE_REGISTRATION || !scan.has_pose_reference() ||
+      made.covariance_size() != 36) {
+    return std::nullopt;
+  }
+  Matrix6d covariance;
+  for (int i = 0; i < 36; ++i) covariance(i / 6, i % 6) = made.covariance(i);
+  const Eigen::Isometry3d pose = conversion::ReadOwnPose(UnadjustedPose(scan), origin);
+  const Eigen::Isometry3d beside = conversion::ReadOwnPose(scan.pose_reference().pose(), origin);
+  const Eigen::Vector3d centroid = conversion::ReadOwnVector(made.centroid()) - origin;
+  Matrix6d to_beside = Matrix6d::Zero();
+  to_beside.topLeftCorner<3, 3>() = beside.linear().transpose();
+  to_beside.bottomRightCorner<3, 3>() = beside.linear().transpose();
+  const Matrix6d move = to_beside * registration::AboutOther(pose.translation() - centroid);
+  registration::ModelRegistration out;
+  out.scan = scan.name();
+  out.beside = scan.pose_reference().scan();
+  out.T_beside_scan = beside.inverse() * pose;
+  const Matrix6d moved = move * covariance * move.transpose();
+  out.covariance = 0.5 * (moved + moved.transpose());
   return out;
 }
 
@@ -232,7 +260,7 @@ absl::StatusOr<SoundAdjustment> AdjustSoundly(registration::PoseGraph graph,
     if (!decided.ok()) return decided.status();
     graph = graph.WithLinks(decided->keep);
   }
-  const size_t most = graph.links().size() / kShareLeftOut;
+  const size_t most = std::max<size_t>(1, graph.links().size() / kShareLeftOut);
   const size_t pieces = PiecesOf(graph);
   absl::StatusOr<registration::Adjustment> adjustment = algorithms.adjust_poses(graph);
   for (size_t left_out = 0; adjustment.ok() && left_out < most; ++left_out) {
@@ -316,7 +344,8 @@ ScanChain ReadChain(const SessionState& state, const Eigen::Vector3d& origin) {
 double WhatMatters(const ScanChain& chain) { return kShareThatMatters * chain.required_accuracy; }
 
 absl::StatusOr<registration::PoseGraph> GraphOf(const ScanChain& chain, size_t count,
-                                                const std::vector<Eigen::Isometry3d>& poses) {
+                                                const std::vector<Eigen::Isometry3d>& poses,
+                                                Registrations registrations) {
   std::vector<registration::ScanNode> nodes = NodesOf(chain, count, poses);
   std::map<std::string, bool> known;
   for (const registration::ScanNode& node : nodes) known[node.id] = true;
@@ -326,7 +355,18 @@ absl::StatusOr<registration::PoseGraph> GraphOf(const ScanChain& chain, size_t c
       links.push_back(ReadLink(link));
     }
   }
-  return registration::PoseGraph::Create(std::move(nodes), std::move(links));
+  absl::StatusOr<registration::PoseGraph> graph =
+      registration::PoseGraph::Create(std::move(nodes), std::move(links));
+  if (!graph.ok() || registrations == Registrations::kLeftOut) return graph;
+  std::vector<registration::ModelRegistration> made;
+  for (size_t i = 0; i < count; ++i) {
+    std::optional<registration::ModelRegistration> registration =
+        RegistrationOf(chain.scans[i], chain.origin);
+    if (registration.has_value() && known.contains(registration->beside)) {
+      made.push_back(*std::move(registration));
+    }
+  }
+  return registration::WithModelLinks(*graph, made);
 }
 
 v1::Pose CarriedAlong(const v1::Pose& pose, const v1::PoseReference& reference, const v1::Pose& now,
@@ -386,7 +426,8 @@ ChainedPoses ChainPoses(const ScanChain& chain, const Algorithms& algorithms) {
     }
     at.push_back(conversion::ReadOwnPose(begins.pose, chain.origin));
     if (!algorithms.adjust_poses || !SaysOff(scan, links[k], at, chain)) continue;
-    absl::StatusOr<registration::PoseGraph> graph = GraphOf(chain, k + 1, at);
+    absl::StatusOr<registration::PoseGraph> graph =
+        GraphOf(chain, k + 1, at, Registrations::kAsLinks);
     if (!graph.ok()) {
       out.failures.push_back(std::string(graph.status().message()));
       continue;

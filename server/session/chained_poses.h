@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -64,9 +65,16 @@ ChainedPoses ChainPoses(const ScanChain& chain, const Algorithms& algorithms);
 // long as several scans do.
 double WhatMatters(const ScanChain& chain);
 
+// Whether what registration to the model says of each scan is a link of a graph, too
+// (registration::WithModelLinks()). Poses need it: a scan that sees what six others saw is held
+// better than by any of them alone, and a single link that is wrong would move it. Of what ties
+// pairs of scans to each other it says nothing.
+enum class Registrations : uint8_t { kLeftOut, kAsLinks };
+
 // The graph of the first `count` scans of a chain at these poses (as many).
 absl::StatusOr<registration::PoseGraph> GraphOf(const ScanChain& chain, size_t count,
-                                                const std::vector<Eigen::Isometry3d>& poses);
+                                                const std::vector<Eigen::Isometry3d>& poses,
+                                                Registrations registrations);
 
 // Where a scan goes that was registered at `pose` beside another, which stands at `now` by now.
 v1::Pose CarriedAlong(const v1::Pose& pose, const v1::PoseReference& reference, const v1::Pose& now,

@@ -32,6 +32,12 @@ sensor::Vector6d PoseChange(const Eigen::Isometry3d& from, const Eigen::Isometry
   return change;
 }
 
+sensor::Matrix6d AboutOther(const Eigen::Vector3d& arm) {
+  sensor::Matrix6d move = sensor::Matrix6d::Identity();
+  move.bottomLeftCorner<3, 3>() << 0, arm.z(), -arm.y(), -arm.z(), 0, arm.x(), arm.y(), -arm.x(), 0;
+  return move;
+}
+
 PriorTerm::PriorTerm(const sensor::PosePrior& prior, std::span<const TargetTie> targets)
     : pose_(prior.T_world_scan), targets_(targets) {
   information_.setZero();
@@ -53,11 +59,7 @@ void PriorTerm::AddTo(NormalEquations& normals, const Eigen::Isometry3d& pose,
   const auto add = [&](const Eigen::Isometry3d& known, const Eigen::Vector3d& at,
                        const sensor::Matrix6d& information) {
     const sensor::Vector6d change = PoseChange(known, pose, at);
-    sensor::Matrix6d move =
-        sensor::Matrix6d::Identity();  // of a change about `about` into one about `at`
-    const Eigen::Vector3d arm = at - about;
-    move.bottomLeftCorner<3, 3>() << 0, arm.z(), -arm.y(), -arm.z(), 0, arm.x(), arm.y(), -arm.x(),
-        0;
+    const sensor::Matrix6d move = AboutOther(at - about);
     normals.h += (move.transpose() * information * move).eval();
     normals.b += move.transpose() * information * change;
   };

@@ -25,6 +25,10 @@ Eigen::Isometry3d MovedPose(const Eigen::Isometry3d& pose, const sensor::Vector6
 sensor::Vector6d PoseChange(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,
                             const Eigen::Vector3d& about);
 
+// What makes of a pose change about a point the same change about one that lies `arm` (m) from it;
+// of its covariance C that is M C M^T.
+sensor::Matrix6d AboutOther(const Eigen::Vector3d& arm);
+
 // Normal equations of a Gauss-Newton step about a point.
 struct NormalEquations {
   sensor::Matrix6d h = sensor::Matrix6d::Zero();

@@ -54,6 +54,7 @@ enum class LinkOrigin : uint8_t {
   kSurfaces,  // what both scans see, from poses that registration found (LinkScans())
   kStated,    // an odometer, a vendor's registration, a person
   kRival,     // another pose at which one of them fits
+  kModel,     // registration of one of them to the model of all before it (WithModelLinks())
 };
 
 // What ties two scans. Canonical links have a < b.
