@@ -199,8 +199,7 @@ Alignment AlignFrom(const model::PlanningView& model, const CorrespondenceField&
     const std::span<const SurfaceSample> in_space = First(surface, kSpaceSamples);
     const SpaceAgreement space =
         AgreementOf(in_space, CompareSamples(model, search, in_space, m.T_world_scan, serial));
-    const double met = space.fitting + space.contradicting;
-    if (met > 0) m.score *= 1 - space.contradicting / met;
+    m.score *= space.Left();
   });
   SortAndKeepDistinct(few, kApart, minima);
 

@@ -37,6 +37,11 @@ std::optional<Eigen::Vector3f> SurfacePassed(const model::PlanningView& model,
   return std::nullopt;
 }
 
+double SpaceAgreement::Left() const {
+  if (contradicting <= 0) return 1;
+  return fitting > contradicting ? 1 - contradicting / fitting : 0;
+}
+
 std::vector<SampleAgreement> CompareSamples(const model::PlanningView& model,
                                             const VoxelSearch& search,
                                             std::span<const SurfaceSample> samples,

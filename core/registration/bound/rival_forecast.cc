@@ -218,8 +218,7 @@ std::vector<RivalPose> RivalForecast::Rivals(std::span<const OverlapElement> ove
     if (there.score < kLeastRivalShare * alignment.score) continue;
     const SpaceAgreement space =
         AgreementOf(samples, CompareSamples(model_, search_, samples, there.T_world_scan, serial));
-    const double met = space.fitting + space.contradicting;
-    if (met > 0) there.score *= 1 - space.contradicting / met;
+    there.score *= space.Left();
     alignment.rivals.push_back(there);
   }
   if (alignment.rivals.empty()) return {};
