@@ -21,12 +21,14 @@ namespace vantage::session {
 namespace {
 
 // Of the required accuracy; WhatMatters() says why.
-constexpr double kShareThatMatters = 0.25;
+constexpr double kShareThatMatters = 0.5;
 // Of the sigma of a pose: what moves by less was as good before, an error of a third of a sigma
 // beside it makes a twentieth more.
 constexpr double kShareOfSigma = 1.0 / 3;
-// By so many of its sigmas a link has to disagree before it says that poses are off.
-constexpr double kSigmasOff = 2;
+// By so many of its sigmas a link has to disagree before it says that poses are off. A job has some
+// hundred links of six directions, and links are believed a fifth too much: of those that are right
+// one in 10,000 is off by more.
+constexpr double kSigmasOff = 4;
 // Of what a scan has to move by: those that would move by less when others are moved stay, so that
 // a scan at one end of a job does not have all of it merged anew.
 constexpr double kShareThatStays = 0.2;
@@ -61,32 +63,6 @@ registration::ScanLink ReadLink(const v1::ScanLink& link) {
     out.information(i / 6, i % 6) = link.information(i);
   }
   out.in_doubt = link.in_doubt();
-  return out;
-}
-
-// How a scan was registered to the model; nothing where its pose is not of a registration.
-std::optional<registration::ModelRegistration> RegistrationOf(const v1::Scan& scan,
-                                                              const Eigen::Vector3d& origin) {
-  const v1::Registration& made = scan.registration();
-  if (scan.pose_source() != v1::POSE_SOURCE_REGISTRATION || !scan.has_pose_reference() ||
-      made.covariance_size() != 36) {
-    return std::nullopt;
-  }
-  Matrix6d covariance;
-  for (int i = 0; i < 36; ++i) covariance(i / 6, i % 6) = made.covariance(i);
-  const Eigen::Isometry3d pose = conversion::ReadOwnPose(UnadjustedPose(scan), origin);
-  const Eigen::Isometry3d beside = conversion::ReadOwnPose(scan.pose_reference().pose(), origin);
-  const Eigen::Vector3d centroid = conversion::ReadOwnVector(made.centroid()) - origin;
-  Matrix6d to_beside = Matrix6d::Zero();
-  to_beside.topLeftCorner<3, 3>() = beside.linear().transpose();
-  to_beside.bottomRightCorner<3, 3>() = beside.linear().transpose();
-  const Matrix6d move = to_beside * registration::AboutOther(pose.translation() - centroid);
-  registration::ModelRegistration out;
-  out.scan = scan.name();
-  out.beside = scan.pose_reference().scan();
-  out.T_beside_scan = beside.inverse() * pose;
-  const Matrix6d moved = move * covariance * move.transpose();
-  out.covariance = 0.5 * (moved + moved.transpose());
   return out;
 }
 
@@ -211,6 +187,46 @@ struct LinkBetween {
   registration::ScanLink link;
 };
 
+// How a scan was registered to the model, beside the one that ties it best of those before it,
+// which are at `poses`, its own the last; nothing where its pose is not of a registration, or where
+// it is tied to none.
+std::optional<registration::ModelRegistration> RegistrationOf(
+    const v1::Scan& scan, const std::vector<LinkBetween>& links,
+    const std::vector<Eigen::Isometry3d>& poses, const ScanChain& chain) {
+  const v1::Registration& made = scan.registration();
+  if (scan.pose_source() != v1::POSE_SOURCE_REGISTRATION || made.covariance_size() != 36) {
+    return std::nullopt;
+  }
+  const size_t own = poses.size() - 1;
+  std::optional<size_t> beside;
+  double most = 0;
+  for (const LinkBetween& between : links) {
+    const double known = between.link.information.bottomRightCorner<3, 3>().trace();
+    if (between.link.in_doubt || known <= most) continue;
+    most = known;
+    beside = between.first == own ? between.second : between.first;
+  }
+  if (!beside.has_value()) return std::nullopt;
+  Matrix6d covariance;
+  for (int i = 0; i < 36; ++i) covariance(i / 6, i % 6) = made.covariance(i);
+  // Its covariance is about the overlap's centroid, and of where it was registered then.
+  const Eigen::Isometry3d then = conversion::ReadOwnPose(UnadjustedPose(scan), chain.origin);
+  const Eigen::Vector3d centroid = conversion::ReadOwnVector(made.centroid()) - chain.origin;
+  const Eigen::Matrix3d to_beside =
+      poses[*beside].linear().transpose() * poses[own].linear() * then.linear().transpose();
+  Matrix6d turned = Matrix6d::Zero();
+  turned.topLeftCorner<3, 3>() = to_beside;
+  turned.bottomRightCorner<3, 3>() = to_beside;
+  const Matrix6d move = turned * registration::AboutOther(then.translation() - centroid);
+  registration::ModelRegistration out;
+  out.scan = scan.name();
+  out.beside = chain.scans[*beside].name();
+  out.T_beside_scan = poses[*beside].inverse() * poses[own];
+  const Matrix6d moved = move * covariance * move.transpose();
+  out.covariance = 0.5 * (moved + moved.transpose());
+  return out;
+}
+
 // Whether what is known of a scan beside those before it says that poses are off: its links to
 // those, and control.
 bool SaysOff(const v1::Scan& scan, const std::vector<LinkBetween>& links,
@@ -266,7 +282,9 @@ absl::StatusOr<SoundAdjustment> AdjustSoundly(registration::PoseGraph graph,
   for (size_t left_out = 0; adjustment.ok() && left_out < most; ++left_out) {
     std::optional<size_t> worst;
     for (size_t l = 0; l < graph.links().size(); ++l) {
-      if (!adjustment->links[l].suspect) continue;
+      // Registration to the model has passed its verdict, and rests on more than any pair.
+      const bool of_model = graph.links()[l].origin == registration::LinkOrigin::kModel;
+      if (of_model || !adjustment->links[l].suspect) continue;
       if (!worst || TestRatio(*adjustment, l) > TestRatio(*adjustment, *worst)) worst = l;
     }
     if (!worst.has_value()) break;
@@ -343,9 +361,9 @@ ScanChain ReadChain(const SessionState& state, const Eigen::Vector3d& origin) {
 
 double WhatMatters(const ScanChain& chain) { return kShareThatMatters * chain.required_accuracy; }
 
-absl::StatusOr<registration::PoseGraph> GraphOf(const ScanChain& chain, size_t count,
-                                                const std::vector<Eigen::Isometry3d>& poses,
-                                                Registrations registrations) {
+absl::StatusOr<registration::PoseGraph> GraphOf(
+    const ScanChain& chain, size_t count, const std::vector<Eigen::Isometry3d>& poses,
+    const std::vector<registration::ModelRegistration>& registrations) {
   std::vector<registration::ScanNode> nodes = NodesOf(chain, count, poses);
   std::map<std::string, bool> known;
   for (const registration::ScanNode& node : nodes) known[node.id] = true;
@@ -357,16 +375,8 @@ absl::StatusOr<registration::PoseGraph> GraphOf(const ScanChain& chain, size_t c
   }
   absl::StatusOr<registration::PoseGraph> graph =
       registration::PoseGraph::Create(std::move(nodes), std::move(links));
-  if (!graph.ok() || registrations == Registrations::kLeftOut) return graph;
-  std::vector<registration::ModelRegistration> made;
-  for (size_t i = 0; i < count; ++i) {
-    std::optional<registration::ModelRegistration> registration =
-        RegistrationOf(chain.scans[i], chain.origin);
-    if (registration.has_value() && known.contains(registration->beside)) {
-      made.push_back(*std::move(registration));
-    }
-  }
-  return registration::WithModelLinks(*graph, made);
+  if (!graph.ok() || registrations.empty()) return graph;
+  return registration::WithModelLinks(*graph, registrations);
 }
 
 v1::Pose CarriedAlong(const v1::Pose& pose, const v1::PoseReference& reference, const v1::Pose& now,
@@ -409,6 +419,7 @@ ChainedPoses ChainPoses(const ScanChain& chain, const Algorithms& algorithms) {
     links[std::max(first, second)].push_back({first, second, ReadLink(link)});
   }
   std::vector<Eigen::Isometry3d> at;  // out.poses
+  std::vector<registration::ModelRegistration> registrations;
   for (size_t k = 0; k < chain.scans.size(); ++k) {
     const v1::Scan& scan = chain.scans[k];
     ChainedPose& begins = out.poses.emplace_back();
@@ -425,9 +436,12 @@ ChainedPoses ChainPoses(const ScanChain& chain, const Algorithms& algorithms) {
       *begins.adjustment.mutable_unadjusted_pose() = UnadjustedPose(scan);
     }
     at.push_back(conversion::ReadOwnPose(begins.pose, chain.origin));
-    if (!algorithms.adjust_poses || !SaysOff(scan, links[k], at, chain)) continue;
-    absl::StatusOr<registration::PoseGraph> graph =
-        GraphOf(chain, k + 1, at, Registrations::kAsLinks);
+    if (!algorithms.adjust_poses) continue;
+    if (auto made = RegistrationOf(scan, links[k], at, chain); made.has_value()) {
+      registrations.push_back(*std::move(made));
+    }
+    if (!SaysOff(scan, links[k], at, chain)) continue;
+    absl::StatusOr<registration::PoseGraph> graph = GraphOf(chain, k + 1, at, registrations);
     if (!graph.ok()) {
       out.failures.push_back(std::string(graph.status().message()));
       continue;

@@ -6,13 +6,13 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "core/registration/graph/adjust.h"
+#include "core/registration/graph/model_link.h"
 #include "core/registration/graph/pose_graph.h"
 #include "server/session/algorithms.h"
 #include "server/session/session_state.h"
@@ -60,21 +60,18 @@ struct ChainedPoses {
 // for every scan that comes after.
 ChainedPoses ChainPoses(const ScanChain& chain, const Algorithms& algorithms);
 
-// m: what matters is a quarter of the required accuracy. Errors add by squares: poses that are off
-// by so much less cost three hundredths of what is allowed, and merging all scans anew takes as
-// long as several scans do.
+// m: what matters is half of the required accuracy. Errors add by squares: poses that are off by so
+// much less cost an eighth of what is allowed. What a link of two scans says is less exact than
+// registration to all, and merging all scans anew takes as long as several scans do.
 double WhatMatters(const ScanChain& chain);
 
-// Whether what registration to the model says of each scan is a link of a graph, too
-// (registration::WithModelLinks()). Poses need it: a scan that sees what six others saw is held
-// better than by any of them alone, and a single link that is wrong would move it. Of what ties
-// pairs of scans to each other it says nothing.
-enum class Registrations : uint8_t { kLeftOut, kAsLinks };
-
-// The graph of the first `count` scans of a chain at these poses (as many).
-absl::StatusOr<registration::PoseGraph> GraphOf(const ScanChain& chain, size_t count,
-                                                const std::vector<Eigen::Isometry3d>& poses,
-                                                Registrations registrations);
+// The graph of the first `count` scans of a chain at these poses (as many), with what registration
+// to the model says of them (registration::WithModelLinks()). Poses need that: a scan that sees
+// what six others saw is held better than by any of them alone, and a single link that is wrong
+// would move it. Of what ties pairs of scans to each other it says nothing.
+absl::StatusOr<registration::PoseGraph> GraphOf(
+    const ScanChain& chain, size_t count, const std::vector<Eigen::Isometry3d>& poses,
+    const std::vector<registration::ModelRegistration>& registrations);
 
 // Where a scan goes that was registered at `pose` beside another, which stands at `now` by now.
 v1::Pose CarriedAlong(const v1::Pose& pose, const v1::PoseReference& reference, const v1::Pose& now,

@@ -201,8 +201,7 @@ absl::StatusOr<v1::PoseGraph> PoseAdjuster::Describe() const {
     poses.push_back(conversion::ReadOwnPose(scan.pose(), context_.origin()));
     farthest = std::max(farthest, scan.scanner_model().max_range_m() / 2);
   }
-  const absl::StatusOr<registration::PoseGraph> graph =
-      GraphOf(chain, poses.size(), poses, Registrations::kLeftOut);
+  const absl::StatusOr<registration::PoseGraph> graph = GraphOf(chain, poses.size(), poses, {});
   if (!graph.ok()) return graph.status();
   const absl::StatusOr<registration::Adjustment> adjustment =
       context_.dependencies().algorithms.adjust_poses(*graph);
