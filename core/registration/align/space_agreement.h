@@ -37,10 +37,10 @@ struct SpaceAgreement {
   double fitting = 0;        // samples of the image that lie on true surface
   double contradicting = 0;  // samples of the image that contradict
 
-  // What is left of a pose's fit, [0, 1]: each sample that contradicts speaks against the pose as much
-  // as one that fits speaks for it. Where a scan of another room lies on a room that is known, as
-  // many as two in five contradict, and by area it may fit that room twice as well as its own place
-  // through a door. 1 where nothing is known.
+  // What is left of a pose's fit, [0, 1]: each sample that contradicts speaks against the pose as
+  // much as one that fits speaks for it. Where a scan of another room lies on a room that is known,
+  // as many as two in five contradict, and by area it may fit that room twice as well as its own
+  // place through a door. 1 where nothing is known.
   double Left() const;
 };
 // Sums what CompareSamples() says of the samples.
