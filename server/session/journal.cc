@@ -142,8 +142,11 @@ bool Journal::DueForCompaction() {
 
 absl::StatusOr<int64_t> Journal::Compact() {
   std::lock_guard<std::mutex> one(compact_mutex_);
+  const int64_t before = bytes_;
   absl::StatusOr<int64_t> saved = CompactOnce();
-  compact_beyond_ = bytes_ + std::clamp<int64_t>(bytes_ / 2, kLeastGrowth, kMostGrowth);
+  // What came meanwhile is growth: it may be due again at once.
+  const int64_t left = saved.ok() ? before - *saved : bytes_.load();
+  compact_beyond_ = left + std::clamp<int64_t>(left / 2, kLeastGrowth, kMostGrowth);
   compaction_due_ = false;
   return saved;
 }

@@ -70,6 +70,7 @@ void SessionContext::CompactLogWhenDue() {
         dependencies_.log.Info("the log was compacted",
                                {{"session", id_}, {"bytes", journal_->bytes()}, {"saved", *saved}});
       }
+      CompactLogWhenDue();
     } else if (!closed()) {
       dependencies_.log.Warning("the log could not be compacted",
                                 {{"session", id_}, {"error", saved.status().ToString()}});

@@ -472,7 +472,7 @@ TEST_F(SessionKeeping, AFloodOfWhatExpiresLeavesLittle) {
     ASSERT_TRUE(session->rejections().Create(rejection, absl::Seconds(1), {}).ok());
     now_ += absl::Seconds(2);
   }
-  // The newest stay, and what came while it was compacted, or since, before it is due again.
+  // The newest stay, and what came since it was compacted, before it is due again.
   const auto most = static_cast<int64_t>(LogCompaction::kNewest * 4200 * 3);
   for (int i = 0; i < 1000 && session->journal().bytes() > most; ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
