@@ -264,6 +264,12 @@ std::string ScanReport(const v1::Scan& scan) {
                           r.correspondence_count(), Length(r.rms_residual_m()),
                           Length(r.expected_residual_m()), r.contradiction_share() * 100,
                           r.iteration_count(), Seconds(r.duration()));
+    if (r.has_moved_area_m2()) {
+      absl::StrAppendFormat(&out,
+                            "            %.1f m\u00b2 of it was moved since, or came: what was "
+                            "scanned before is where it was\n",
+                            r.moved_area_m2());
+    }
     const bool open = !scan.has_pose() && r.rival_poses_size() > 0;
     if (!scan.has_pose()) {
       absl::StrAppend(&out, open ? "  pose 1    " : "            at ", Text(r.pose()), "\n");

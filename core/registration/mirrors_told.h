@@ -16,15 +16,14 @@ namespace vantage::registration {
 // mirror of a square metre fills more of a panoramic scan within a metre and a half.
 inline constexpr double kLittleContradiction = 0.03;
 
-// Registers a scan and, where it is in doubt and contradicts the model, once more without its
-// reflections. Finding reflections takes half as long as aligning, so it is done only in doubt.
+// Registers a scan and, where it is in doubt and contradicts the model, or contradicts it by what is
+// taken for things that were moved, once more without its reflections. Finding reflections takes half as long as aligning, so it is done only in doubt.
 template <typename RegisterScan>
 RegistrationResult WithMirrorsTold(const sensor::Scan& scan, parallel::Parallel& parallel,
                                    const RegisterScan& register_scan) {
   RegistrationResult result = register_scan(scan);
-  if (result.verdict.registered() || result.contradiction_share <= kLittleContradiction) {
-    return result;
-  }
+  const bool in_doubt = !result.verdict.registered() || result.moved_area.has_value();
+  if (!in_doubt || result.contradiction_share <= kLittleContradiction) return result;
   const std::optional<sensor::Scan> direct = WithoutReflections(scan, parallel);
   return direct ? register_scan(*direct) : result;
 }

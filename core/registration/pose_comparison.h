@@ -15,7 +15,7 @@
 #include "core/parallel/parallel.h"
 #include "core/registration/align/registration_config.h"
 #include "core/registration/disagreements.h"
-#include "core/registration/known_surface.h"
+#include "core/registration/align/known_surface.h"
 #include "core/sensor/scan.h"
 
 namespace vantage::registration {

@@ -75,8 +75,9 @@ Support SupportAlong(const sensor::Vector6d& change, const Eigen::Vector3d& abou
 
 // In directions that nothing constrains, noisy normals hold a scan wherever a start has left it.
 // There the prior decides, unless the scan has surface that it would lose at the prior's place.
-RegistrationResult QualifyNearPrior(const model::PlanningView& model, const ScanSurface& surface,
-                                    Alignment alignment, const sensor::PosePrior& prior,
+RegistrationResult QualifyNearPrior(const model::PlanningView& model, const sensor::Scan& scan,
+                                    const ScanSurface& surface, Alignment alignment,
+                                    const sensor::PosePrior& prior,
                                     const RegistrationConfig& config,
                                     std::span<const TargetTie> targets,
                                     parallel::Parallel& parallel) {
@@ -86,7 +87,10 @@ RegistrationResult QualifyNearPrior(const model::PlanningView& model, const Scan
   constexpr size_t kTimes = 4;         // and so many times what holds it near the prior
   constexpr double kNear = 3;          // residuals
   constexpr int kSteps = 5;
-  Qualification qualified = Qualify(model, surface, alignment, prior, config, parallel, targets);
+  const auto qualify = [&](const Alignment& at) {
+    return Qualify(model, surface, at, prior, config, parallel, targets, &scan);
+  };
+  Qualification qualified = qualify(alignment);
   for (int round = 0; round < kRounds; ++round) {
     if (qualified.to_prior.cwiseAbs().maxCoeff() < kConverged) break;
     const Eigen::Vector3d about = qualified.result.centroid;
@@ -107,10 +111,10 @@ RegistrationResult QualifyNearPrior(const model::PlanningView& model, const Scan
         for (int step = 0; step < kSteps; ++step, here = support_of(free)) {
           free.T_world_scan = MovedPose(free.T_world_scan, here.share * change, about);
         }
-        return Qualify(model, surface, free, prior, config, parallel, targets).result;
+        return qualify(free).result;
       }
     }
-    qualified = Qualify(model, surface, alignment, prior, config, parallel, targets);
+    qualified = qualify(alignment);
   }
   return qualified.result;
 }
@@ -137,7 +141,7 @@ RegistrationResult RegisterReturns(const model::PlanningView& model, const senso
     kept.T_world_scan = prior.T_world_scan;
     kept.converged = true;
     kept.rivals.clear();  // the pose was not chosen among minima
-    result = Qualify(model, surface, kept, prior, config, parallel, targets).result;
+    result = Qualify(model, surface, kept, prior, config, parallel, targets, &scan).result;
     // At a pose that was given, residuals hold its error, too.
     if (result.residuals.has_value()) result.residuals = aligned.residuals;
     constexpr double kChiSquare6At999 = 22.46;  // quantile of six degrees of freedom, 99.9 %
@@ -154,7 +158,7 @@ RegistrationResult RegisterReturns(const model::PlanningView& model, const senso
       result.verdict.remedy = "check the control registration, or give its covariance as it is";
     }
   } else {
-    result = QualifyNearPrior(model, surface, alignment, prior, config, targets, parallel);
+    result = QualifyNearPrior(model, scan, surface, alignment, prior, config, targets, parallel);
   }
   SayInstrumentLimit(surface, config, result);
   // A person may take one of them: it is to be as good as the aligned one.

@@ -220,6 +220,7 @@ v1::Registration WriteRegistration(const registration::RegistrationResult& resul
   out.set_rms_residual_m(result.rms_residual);
   out.set_expected_residual_m(result.expected_residual);
   out.set_contradiction_share(result.contradiction_share);
+  if (result.moved_area.has_value()) out.set_moved_area_m2(*result.moved_area);
   WriteCovariance(result.covariance, *out.mutable_covariance());
   *out.mutable_centroid() = WriteVector(result.centroid + origin);
   *out.mutable_duration() = WriteDuration(result.seconds);

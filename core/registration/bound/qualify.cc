@@ -1,3 +1,4 @@
+#include "core/registration/bound/moved_things.h"
 #include "core/registration/bound/qualify.h"
 
 #include <Eigen/Cholesky>
@@ -186,7 +187,7 @@ const TargetTie* WrongTarget(const RegistrationResult& result, std::span<const T
 Qualification Qualify(const model::PlanningView& model, const ScanSurface& surface,
                       const Alignment& alignment, const sensor::PosePrior& prior,
                       const RegistrationConfig& config, parallel::Parallel& parallel,
-                      std::span<const TargetTie> targets) {
+                      std::span<const TargetTie> targets, const sensor::Scan* scan) {
   Qualification qualification;
   RegistrationResult& result = qualification.result;
   result.T_world_scan = alignment.T_world_scan;
@@ -250,7 +251,14 @@ Qualification Qualify(const model::PlanningView& model, const ScanSurface& surfa
   const SpaceAgreement space = AgreementOf(in_space, agreements);
   const double met = space.fitting + space.contradicting;
   result.contradiction_share = met > 0 ? space.contradicting / met : 0.0;
-  if (result.contradiction_share > kContradictionDoubtful) {
+  const bool contradicts = result.contradiction_share > kContradictionDoubtful;
+  if (contradicts && scan != nullptr && result.contradiction_share <= kContradictionFailed) {
+    const MovedThings moved =
+        FindMovedThings(model, *scan, surface, config.sample_spacing, alignment.T_world_scan,
+                        in_space, agreements, parallel);
+    if (moved.Explain()) result.moved_area = moved.contradicting;
+  }
+  if (contradicts && !result.moved_area.has_value()) {
     Refuse(verdict,
            result.contradiction_share > kContradictionFailed ? RegistrationOutcome::kFailed
                                                              : RegistrationOutcome::kDoubtful,

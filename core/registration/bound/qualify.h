@@ -13,6 +13,7 @@
 #include "core/registration/align/targets.h"
 #include "core/registration/bound/registration_result.h"
 #include "core/sensor/pose_prior.h"
+#include "core/sensor/scan.h"
 
 namespace vantage::registration {
 
@@ -26,11 +27,13 @@ struct Qualification {
 };
 
 // Weighs overlap, residuals, covariance with correlated errors, contradiction with known-empty
-// space and rival minima at the alignment's pose.
+// space and rival minima at the alignment's pose. With `scan`, the one whose surface that is,
+// things that were moved since are told apart from contradiction: for scans about whose place
+// something is known.
 Qualification Qualify(const model::PlanningView& model, const ScanSurface& surface,
                       const Alignment& alignment, const sensor::PosePrior& prior,
                       const RegistrationConfig& config, parallel::Parallel& parallel,
-                      std::span<const TargetTie> targets = {});
+                      std::span<const TargetTie> targets = {}, const sensor::Scan* scan = nullptr);
 
 }  // namespace vantage::registration
 

@@ -29,6 +29,9 @@ struct RegistrationResult {
   double rms_residual = 0;         // m, point to plane, of the inliers
   double expected_residual = 0;    // m, what the noise explains
   double contradiction_share = 0;  // of the samples: in known-empty space, or behind walls
+  // m2, about, of the scan's surface that contradicts, where so much does that it would make a
+  // doubt, and it is taken for things that were moved between the scans (bound/moved_things.h).
+  std::optional<double> moved_area;
   sensor::Matrix6d covariance =
       sensor::Matrix6d::Zero();  // [rotation about world axes; translation], about the
                                  // overlap's centroid

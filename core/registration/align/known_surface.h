@@ -1,7 +1,7 @@
 // Known surface around a scan, thinned, and what a scan at a pose says of it: on it, through it, or
 // short of it.
-#ifndef VANTAGE_CORE_REGISTRATION_KNOWN_SURFACE_H_
-#define VANTAGE_CORE_REGISTRATION_KNOWN_SURFACE_H_
+#ifndef VANTAGE_CORE_REGISTRATION_ALIGN_KNOWN_SURFACE_H_
+#define VANTAGE_CORE_REGISTRATION_ALIGN_KNOWN_SURFACE_H_
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -45,4 +45,4 @@ std::vector<SurfaceSight> SightsOf(const model::PlanningView& model,
 
 }  // namespace vantage::registration
 
-#endif  // VANTAGE_CORE_REGISTRATION_KNOWN_SURFACE_H_
+#endif  // VANTAGE_CORE_REGISTRATION_ALIGN_KNOWN_SURFACE_H_

@@ -1,4 +1,4 @@
-#include "core/registration/known_surface.h"
+#include "core/registration/align/known_surface.h"
 
 #include <algorithm>
 #include <array>
