@@ -57,8 +57,9 @@ struct ServerOptions {
   int64_t memory_bytes = 0;  // for models and plans; 0: no limit
   // The interval at which data past their time are collected.
   std::chrono::milliseconds collect_every = std::chrono::minutes(10);
-  // The longest silence of a stream; the contract promises 15 s at most.
-  std::chrono::milliseconds heartbeat = std::chrono::seconds(10);
+  // The longest silence of a stream; the contract promises 15 s at most. Behind HAProxy a client of
+  // HTTP/1.1 that left is noticed by the second message that nobody takes, so within twice this.
+  std::chrono::milliseconds heartbeat = std::chrono::seconds(7);
   // How long a shutdown may take: plans end and merges finish in this time.
   std::chrono::milliseconds drain_patience{20'000};
 };
