@@ -34,7 +34,7 @@ done | sort -u)
 
 # What is read by people or by other programs is left out; licences stay.
 wanted() {
-  grep -E '^/usr/share/doc/[^/]+(/copyright)?$|^/usr/share/common-licenses/|^/etc/|^/(usr/)?(bin|lib|lib64)/' |
+  grep -E '^/usr/share/doc/[^/]+(/copyright)?$|^/usr/share/common-licenses/|^/etc/|^/usr/share/vantage/|^/(usr/)?(bin|lib|lib64)/' |
     grep -vE '/(gconv|audit|cmake|pkgconfig|systemd|sysusers.d)/|^/etc/(vantage/haproxy|profile|update-motd|dpkg|default|motd|issue)' || true
 }
 

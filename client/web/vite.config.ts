@@ -14,6 +14,8 @@ export default defineConfig({
     // three.js is large, and loaded only where the model is shown in 3D.
     chunkSizeWarningLimit: 800,
   },
+  // 'npm run dev' has the page as it is being written; its calls go to a server's web listener.
+  server: { proxy: { "^/vantage\\.v1\\.": process.env.VANTAGE_WEB ?? "http://127.0.0.1:7466" } },
   worker: { format: "es" },
   test: { include: ["tests/unit/**/*.test.ts"], environment: "node" },
 });

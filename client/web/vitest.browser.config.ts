@@ -1,4 +1,4 @@
-// Whole jobs in a browser: a server of its own, the bridge in front, Chromium. See tests/browser.
+// Whole jobs in a browser: a server of its own, Chromium. See tests/browser.
 import { defineConfig } from "vitest/config";
 
 export default defineConfig({

@@ -21,7 +21,7 @@ set(CPACK_DEBIAN_SERVER_PACKAGE_RECOMMENDS "haproxy (>= 2.6)")
 set(CPACK_DEBIAN_SERVER_PACKAGE_SUGGESTS vantage-client)
 set(CPACK_COMPONENT_SERVER_DESCRIPTION "planner of scanner positions, the server
  Plans where the tripod of a laser scanner should stand next, from the scans made so far.
- Serves the API vantage.v1 over gRPC.")
+ Serves the API vantage.v1 over gRPC, and a page for tablets.")
 set(extra ${CMAKE_CURRENT_SOURCE_DIR}/debian/server)
 set(CPACK_DEBIAN_SERVER_PACKAGE_CONTROL_EXTRA
   "${extra}/conffiles;${extra}/postinst;${extra}/prerm;${extra}/postrm")

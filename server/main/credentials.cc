@@ -12,6 +12,7 @@
 #include "absl/strings/str_split.h"
 #include "server/auth/tls_files.h"
 #include "server/main/socket_file.h"
+#include "server/rpc/call/arrival.h"
 
 namespace vantage::server {
 namespace {
@@ -59,7 +60,7 @@ absl::Status CheckProxied(const auth::AccessOptions& access,
 }
 
 absl::Status CheckTogether(const auth::AccessOptions& access,
-                           const std::vector<std::string>& listen) {
+                           const std::vector<std::string>& listen, const std::string& web_listen) {
   if (listen.empty()) return absl::InvalidArgumentError("--listen needs an address");
   if (access.tls_cert.empty() != access.tls_key.empty()) {
     return absl::InvalidArgumentError("--tls-cert and --tls-key need one another");
@@ -73,10 +74,19 @@ absl::Status CheckTogether(const auth::AccessOptions& access,
         "--tls-optional-client-certificates needs --tls-client-ca, and --callers or --jwt-keys to "
         "tell the others by their tokens");
   }
+  for (const std::string& key :
+       {access.tenant_metadata, access.certificate_metadata, access.address_metadata}) {
+    if (absl::StartsWith(key, rpc::kWebPrefix)) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("metadata keys that begin with '", rpc::kWebPrefix, "' are the server's"));
+    }
+  }
+  std::vector<std::string> addresses = listen;
+  if (!web_listen.empty()) addresses.push_back(web_listen);
   if (absl::Status jwt = CheckJwtOptions(access.jwt); !jwt.ok()) return jwt;
-  if (absl::Status fit = CheckProxied(access, listen); !fit.ok()) return fit;
+  if (absl::Status fit = CheckProxied(access, addresses); !fit.ok()) return fit;
   if (access.allow_insecure_remote) return absl::OkStatus();
-  for (const std::string& address : listen) {
+  for (const std::string& address : addresses) {
     if (IsLoopback(address)) continue;
     if (!access.encrypted()) return Unprotected(address, "nothing would be encrypted");
     if (!access.identified()) return Unprotected(address, "anyone could call");
@@ -100,8 +110,9 @@ bool IsLoopback(const std::string& address) {
 }
 
 absl::StatusOr<Credentials> MakeCredentials(const auth::AccessOptions& access,
-                                            const std::vector<std::string>& listen) {
-  if (absl::Status fit = CheckTogether(access, listen); !fit.ok()) return fit;
+                                            const std::vector<std::string>& listen,
+                                            const std::string& web_listen) {
+  if (absl::Status fit = CheckTogether(access, listen, web_listen); !fit.ok()) return fit;
   const std::shared_ptr<grpc::ServerCredentials> plain = grpc::InsecureServerCredentials();
   if (!access.encrypted()) return Credentials{plain, plain, nullptr};
   absl::StatusOr<std::unique_ptr<auth::TlsFiles>> files = auth::TlsFiles::Open(access);

@@ -26,9 +26,11 @@ struct Credentials {
 };
 
 // INVALID_ARGUMENT, which says what to do: options that contradict each other, unusable files, or
-// an address of `listen` that is neither loopback nor protected.
+// an address of `listen`, or that of the web where it is not empty, that is neither loopback nor
+// protected.
 absl::StatusOr<Credentials> MakeCredentials(const auth::AccessOptions& access,
-                                            const std::vector<std::string>& listen);
+                                            const std::vector<std::string>& listen,
+                                            const std::string& web_listen = "");
 
 }  // namespace vantage::server
 

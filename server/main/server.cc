@@ -40,7 +40,8 @@ absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerOptions& optio
                                                       store::Store& store, telemetry::Log& log,
                                                       session::Algorithms algorithms,
                                                       session::Journal::Clock clock) {
-  absl::StatusOr<Credentials> credentials = MakeCredentials(options.access, options.listen);
+  absl::StatusOr<Credentials> credentials =
+      MakeCredentials(options.access, options.listen, options.web_listen);
   if (!credentials.ok()) return credentials.status();
   std::unique_ptr<auth::CallersFile> callers;
   if (!options.access.callers_file.empty()) {
@@ -74,7 +75,7 @@ Server::Server(const ServerOptions& options, store::Store& store, telemetry::Log
       store_(store, metrics_, log),
       clock_(std::move(clock), execution::SteadyTime,
              [this](absl::Duration by, bool followed) { TellJump(by, followed); }),
-      authorizer_(options.access, std::move(callers), std::move(jwts)),
+      authorizer_(options.access, std::move(callers), std::move(jwts), web_seal_),
       memory_(options.memory_bytes),
       pool_(CoresOr(options.threads), kMaxJobs),
       tasks_(options.request_threads, options.queued_requests),
@@ -166,6 +167,7 @@ absl::Status Server::Serve(const Credentials& credentials) {
     sessions_->FreeMemory(shortage);
   });
   if (absl::Status http = ServeHttp(); !http.ok()) return http;
+  if (absl::Status web = ServeWeb(); !web.ok()) return web;
   absl::Status loaded = sessions_->LoadAll();
   if (!loaded.ok()) return loaded;
   SetServing(true);
@@ -209,6 +211,50 @@ absl::Status Server::ServeHttp() {
   if (!listener.ok()) return listener.status();
   http_ = *std::move(listener);
   log_.Info("serving HTTP", {{"port", http_->port()}});
+  return absl::OkStatus();
+}
+
+// Its calls come in process, so all that holds for calls over gRPC holds for them.
+absl::Status Server::ServeWeb() {
+  if (options_.web_listen.empty()) return absl::OkStatus();
+  const auth::AccessOptions& access = options_.access;
+  web::GatewayOptions options;
+  options.address = options_.web_listen;
+  options.router = {rpc::Services::Names(), options_.web_allowed_origins, access.identified()};
+  options.message_bytes = options_.limits.message_bytes;
+  options.ask_for_certificates = !access.tls_client_ca.empty();
+  options.require_certificates = !access.tls_optional_client_certificates;
+  if (!access.tenant_metadata.empty()) options.passed_on.push_back(access.tenant_metadata);
+  for (const std::string& key : {access.certificate_metadata, access.address_metadata}) {
+    if (!key.empty()) options.passed_on_by_proxy.push_back(key);
+  }
+  web::PageFiles page;
+  if (!options_.web_root.empty()) {
+    absl::StatusOr<web::PageFiles> read = web::PageFiles::Read(options_.web_root);
+    if (!read.ok()) return absl::InvalidArgumentError(read.status().message());
+    page = *std::move(read);
+  }
+  const size_t page_files = page.size();
+  const std::string path = SocketPath(options_.web_listen);
+  std::optional<OwnerAlone> closed;
+  if (!path.empty()) {
+    if (absl::Status free = CheckSocketFree(path); !free.ok()) return free;
+    closed.emplace();
+  }
+  grpc::ChannelArguments arguments;
+  // What the server sends is for the client to judge.
+  arguments.SetMaxReceiveMessageSize(-1);
+  absl::StatusOr<std::unique_ptr<web::Gateway>> gateway =
+      web::Gateway::Start(std::move(options), std::move(page), server_->InProcessChannel(arguments),
+                          web_seal_, tls_files_.get(), metrics_);
+  if (!gateway.ok()) return gateway.status();
+  web_ = *std::move(gateway);
+  if (!path.empty()) {
+    closed.reset();
+    if (absl::Status open = OpenSocketToGroup(path); !open.ok()) return open;
+  }
+  log_.Info("serving the web",
+            {{"port", web_->port()}, {"page_files", static_cast<int64_t>(page_files)}});
   return absl::OkStatus();
 }
 
@@ -290,7 +336,11 @@ void Server::RefreshTlsFiles() {
   const std::string before = tls_files_->fault();
   const absl::StatusOr<bool> changed = tls_files_->Refresh();
   const std::string fault = tls_files_->fault();
-  if (changed.ok() && *changed) log_.Info("the certificates were read again");
+  if (changed.ok() && *changed) {
+    log_.Info("the certificates were read again");
+    const absl::Status shown = web_ == nullptr ? absl::OkStatus() : web_->RefreshTls();
+    if (!shown.ok()) log_.Error("the web shows those before", {{"error", shown.ToString()}});
+  }
   if (!fault.empty() && fault != before) {
     log_.Error("the certificates on disk cannot be used; those loaded before stay",
                {{"error", fault}});
@@ -303,6 +353,7 @@ void Server::Drain() {
   log_.Info("draining");
   state_ = "draining";
   SetServing(false);
+  if (web_ != nullptr) web_->Drain();
   sessions_->BeginDrain();
   {
     std::lock_guard<std::mutex> lock(collect_mutex_);
@@ -316,7 +367,9 @@ void Server::Drain() {
   if (!rested) sessions_->GiveUp();
   // Open calls get a moment to finish by themselves; then they are cancelled: exports and streams
   // that nobody reads.
-  server_->Shutdown(std::chrono::system_clock::now() + kLastMoment);
+  const auto last = std::chrono::system_clock::now() + kLastMoment;
+  if (web_ != nullptr) web_->Stop(kLastMoment);
+  server_->Shutdown(last);
   log_.Info("drained", {{"everything_ended", rested}});
 }
 

@@ -30,6 +30,7 @@
 #include "server/telemetry/http_listener.h"
 #include "server/telemetry/log.h"
 #include "server/telemetry/metrics.h"
+#include "server/web/gateway.h"
 
 namespace vantage::server {
 
@@ -41,6 +42,13 @@ struct ServerOptions {
   // than loopback needs http_allow_remote.
   std::string http_listen;
   bool http_allow_remote = false;
+  // Where the page and the API over the Connect protocol are: HOST:PORT or unix:PATH, protected as
+  // `listen` has to be. Empty: nowhere.
+  std::string web_listen;
+  // The folder of the page; empty: the web listener has the API alone.
+  std::string web_root;
+  // Origins whose pages may call, beside that page: 'https://crew.example'.
+  std::vector<std::string> web_allowed_origins;
   std::string data_folder;  // whose free space is shown; empty: none
   int threads = 0;          // that compute; 0: one per core
   int request_threads = 4;  // that answer
@@ -49,8 +57,9 @@ struct ServerOptions {
   int64_t memory_bytes = 0;  // for models and plans; 0: no limit
   // The interval at which data past their time are collected.
   std::chrono::milliseconds collect_every = std::chrono::minutes(10);
-  // The longest silence of a stream; the contract promises 15 s at most.
-  std::chrono::milliseconds heartbeat = std::chrono::seconds(10);
+  // The longest silence of a stream; the contract promises 15 s at most. Behind HAProxy a client of
+  // HTTP/1.1 that left is noticed by the second message that nobody takes, so within twice this.
+  std::chrono::milliseconds heartbeat = std::chrono::seconds(7);
   // How long a shutdown may take: plans end and merges finish in this time.
   std::chrono::milliseconds drain_patience{20'000};
 };
@@ -75,6 +84,8 @@ class Server {
   int port() const { return port_; }
   // 0: no HTTP listener.
   int http_port() const { return http_ == nullptr ? 0 : http_->port(); }
+  // 0: no web listener, or one on a socket of the file system.
+  int web_port() const { return web_ == nullptr ? 0 : web_->port(); }
   session::SessionRegistry& sessions() { return *sessions_; }
 
   // Reads the callers file, the JWT keys, and the certificates, again now, where there are any;
@@ -97,6 +108,7 @@ class Server {
   void TellJump(absl::Duration by, bool followed);
   void SetServing(bool serving);
   absl::Status ServeHttp();
+  absl::Status ServeWeb();
   void CollectLater() ABSL_EXCLUSIVE_LOCKS_REQUIRED(collect_mutex_);
   void Collect();
   void RefreshLater() ABSL_EXCLUSIVE_LOCKS_REQUIRED(refresh_mutex_);
@@ -119,6 +131,7 @@ class Server {
   rpc::CallCounts calls_;
   std::atomic<const char*> state_{"starting"};
   execution::SteadiedClock clock_;
+  const rpc::WebSeal web_seal_ = rpc::WebSeal::New();
   rpc::Authorizer authorizer_;
   execution::Timer timer_;
   session::MemoryAccount memory_;
@@ -127,6 +140,7 @@ class Server {
   std::unique_ptr<session::SessionRegistry> sessions_;
   std::unique_ptr<rpc::Services> services_;
   std::unique_ptr<grpc::Server> server_;
+  std::unique_ptr<web::Gateway> web_;  // whose calls reach server_
   std::unique_ptr<telemetry::HttpListener> http_;
 };
 

@@ -6,10 +6,12 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <memory>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -53,6 +55,20 @@ std::string DefaultDataFolder() {
   return home.empty() ? "" : home + "/.local/state/vantage";
 }
 
+// Where a package or a checkout has the page, by the place of this program: below the prefix that
+// it is installed in, or beside the folder that it was built in. Empty: in neither.
+std::string DefaultPageFolder() {
+  std::error_code error;
+  const std::filesystem::path here =
+      std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
+  for (const std::filesystem::path& folder : {here / "../share/vantage/web", here / "../../web"}) {
+    if (std::filesystem::exists(folder / "index.html", error)) {
+      return folder.lexically_normal().string();
+    }
+  }
+  return "";
+}
+
 // The memory of the machine, or of the container where that is less, bytes; 0: not known.
 int64_t AvailableMemory() {
   const int64_t machine = static_cast<int64_t>(sysconf(_SC_PHYS_PAGES)) * sysconf(_SC_PAGESIZE);
@@ -69,6 +85,7 @@ struct Program {
   ServerOptions server;
   std::string port_file;
   std::string http_port_file;
+  std::string web_port_file;
   std::string healthcheck;
   telemetry::LogLevel log_level = telemetry::LogLevel::kInfo;
   std::string data = DefaultDataFolder();
@@ -110,6 +127,17 @@ void Declare(CLI::App& app, Program& program) {
                "serve them to other machines too, to whoever asks; they name no session, tenant or "
                "caller");
   app.add_option("--http-port-file", program.http_port_file, "write the port of HTTP here");
+  app.add_option("--web", program.server.web_listen,
+                 "address and port, or unix:PATH, of the page for tablets, and of the API for "
+                 "browsers (Connect protocol on HTTP/1.1); none: nowhere. Whoever calls there is "
+                 "asked for the same as over gRPC");
+  app.add_option("--web-root", program.server.web_root,
+                 "folder of the page; by default what was installed, or built, with this program");
+  app.add_option("--web-allow-origin", program.server.web_allowed_origins,
+                 "origin whose pages may call, too ('https://crew.example'), or by whose name this "
+                 "server is asked for where callers are not told apart; may be given several times")
+      ->allow_extra_args(false);
+  app.add_option("--web-port-file", program.web_port_file, "write the port of the web here");
   app.add_option("--port-file", program.port_file,
                  "write the port here once serving: that of the first address that has one");
   app.add_option("--threads", program.server.threads, "threads that compute; 0: one per core")
@@ -402,6 +430,11 @@ int Serve(const Program& program, const sigset_t& signals) {
     std::fprintf(stderr, "vantaged: cannot write %s\n", program.http_port_file.c_str());
     return kExitFailed;
   }
+  if (!program.web_port_file.empty() &&
+      !WritePortFile(program.web_port_file, (*server)->web_port())) {
+    std::fprintf(stderr, "vantaged: cannot write %s\n", program.web_port_file.c_str());
+    return kExitFailed;
+  }
   if (!program.port_file.empty() && !WritePortFile(program.port_file, (*server)->port())) {
     std::fprintf(stderr, "vantaged: cannot write %s\n", program.port_file.c_str());
     return kExitFailed;
@@ -445,6 +478,7 @@ int Main(int argc, char** argv) {
     std::fprintf(stderr, "vantaged: %s\n", std::string(healthy.message()).c_str());
     return kExitUnhealthy;
   }
+  if (program.server.web_root.empty()) program.server.web_root = DefaultPageFolder();
   if (program.in_memory) {
     program.server.limits.snapshots_per_session = 0;
   } else {

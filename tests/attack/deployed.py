@@ -61,7 +61,8 @@ class DeployedServer(Server):
     def __init__(self, haproxy_cfg, binary, *flags, authorities=(), **how):
         if "--callers" in flags:
             flags += PROXIED
-        super().__init__(binary, "--listen", "unix:FOLDER/vantaged.sock", *flags, **how)
+        super().__init__(binary, "--listen", "unix:FOLDER/vantaged.sock",
+                         "--web", "unix:FOLDER/web.sock", *flags, **how)
         openssl(self.folder, "req", "-x509", *new_key("tls.key"), "-days", "2", "-subj",
                 "/CN=localhost", "-addext", "subjectAltName=DNS:localhost,IP:127.0.0.1", "-out",
                 "tls.crt")
@@ -79,6 +80,7 @@ class DeployedServer(Server):
                      "VANTAGE_BIND": f"fd@{listeners[0].fileno()}",
                      "HAPROXY_METRICS": f"fd@{listeners[1].fileno()}",
                      "VANTAGE_SERVER": "unix@" + self.path("vantaged.sock"),
+                     "VANTAGE_WEB": "unix@" + self.path("web.sock"),
                      "VANTAGE_HTTP": f"127.0.0.1:{self.http}"})
         self.front = listeners[0].getsockname()[1]
         for one in listeners:

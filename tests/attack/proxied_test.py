@@ -6,9 +6,11 @@ grpcio is not installed.
 """
 import base64
 import hashlib
+import http.client
 import json
 import os
 import pathlib
+import ssl
 import sys
 import tempfile
 import time
@@ -166,8 +168,48 @@ class ProxiedTest(unittest.TestCase):
                  if line.startswith("{")]
         self.assertIn(f"ipv4:{OTHER_ADDRESS}", {line.get("peer") for line in lines})
 
+    def by_web(self, path, who=None, fields=None, body="{}"):
+        """As a browser does, by HTTP/1.1: (status, answer)."""
+        context = ssl.create_default_context(cafile=self.server.path("tls.crt"))
+        context.set_alpn_protocols(["http/1.1"])
+        if who:
+            context.load_cert_chain(self.folder / f"{who}.crt", self.folder / f"{who}.key")
+        link = http.client.HTTPSConnection("localhost", self.server.front, context=context,
+                                           timeout=20)
+        try:
+            link.request("POST" if body else "GET", path, body,
+                         {"content-type": "application/json"} | (fields or {}))
+            answer = link.getresponse()
+            return answer.status, answer.read().decode()
+        finally:
+            link.close()
+
+    def test_browsers_are_known_by_the_same_means(self):
+        listing, deleting = LISTING.decode(), DELETING.decode()
+        self.assertEqual(self.by_web(listing, "whoever"), (200, "{}"))
+        self.assertEqual(self.by_web(deleting, "whoever")[0], 400)
+        status, answer = self.by_web(deleting, "guard")
+        self.assertEqual((status, json.loads(answer)["code"]), (403, "permission_denied"))
+        self.assertIn("ROLE_MISSING", answer)
+        self.assertIn("CREDENTIALS_MISSING", self.by_web(listing)[1])
+        self.assertEqual(self.by_web(listing, None, {"authorization": "Bearer tablet-token"}),
+                         (200, "{}"))
+        forged = {"x-client-certificate": self.der("whoever"), "x-forwarded-for": "10.9.8.7",
+                  "vantage-web-peer": "unix:"}
+        self.assertIn("CREDENTIALS_MISSING", self.by_web(listing, None, forged)[1])
+        self.assertEqual(self.by_web(deleting, "guard", forged)[0], 403)
+        self.assertNotIn("10.9.8.7", self.server.log())
+        # The page's files need nobody's credentials; here there are none.
+        self.assertEqual(self.by_web("/nothing.js", body=None)[0], 404)
+        # gRPC needs HTTP/2, and other paths than its own lead nowhere.
+        self.assertEqual(self.by_web(listing, "whoever", {"content-type": "application/grpc"})[0],
+                         400)
+        self.assertEqual(self.by_web("/grpc.channelz.v1.Channelz/GetServers", "whoever",
+                                     {"content-type": "application/grpc"})[0], 404)
+
     def test_the_socket_is_for_owner_and_group(self):
-        self.assertEqual(os.stat(self.server.path("vantaged.sock")).st_mode & 0o7777, 0o660)
+        for name in ("vantaged.sock", "web.sock"):
+            self.assertEqual(os.stat(self.server.path(name)).st_mode & 0o7777, 0o660)
 
     def test_a_large_certificate_is_let_through_and_a_huge_one_refused(self):
         for name, count, wanted in (("large", 120, ("OK", "")), ("huge", 300, None)):

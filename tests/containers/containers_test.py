@@ -351,12 +351,23 @@ class InstallTest(ContainerTest):
         shell("cd /root; sudo() { \"$@\"; }\n" + "\n".join(commands))
         self.assertEqual(shell("systemctl is-active vantage-proxy vantaged"), "active\nactive",
                          shell("journalctl --no-pager -u vantage-proxy | tail -30"))
-        self.assertEqual(shell("stat -c '%U:%G %a' /run/vantage /run/vantage/vantaged.sock"),
-                         "vantage:vantage 750\nvantage:vantage 660")
+        self.assertEqual(shell("stat -c '%U:%G %a' /run/vantage /run/vantage/*.sock"),
+                         "vantage:vantage 750\nvantage:vantage 660\nvantage:vantage 660")
         # Through the proxy with the token that was made; whoever else is refused.
         through = ("vantage --server localhost:7443 --tls-ca /root/server.pem --timeout 20 "
                    "--token-file /root/tablet-7.token")
         shell(f"for i in $(seq 50); do {through} session list && exit 0; sleep 0.2; done; exit 1")
+        # A browser has the page, where the package has it, and may not call without a token.
+        by_web = ("printf '%s HTTP/1.1\\r\\nHost: localhost\\r\\nConnection: close\\r\\n{}\\r\\n' '{}' | "
+                  "openssl s_client -quiet -verify_quiet -connect localhost:7443 "
+                  "-CAfile /root/server.pem 2>/dev/null")
+        page = shell(by_web.format("", "GET /"))
+        has_page = shell("test -e /usr/share/vantage/web/index.html && echo yes || echo no") == "yes"
+        self.assertIn(" 200 " if has_page else " 404 ", page.splitlines()[0])
+        self.assertEqual(has_page, "<!doctype html>" in page)
+        refused = shell(by_web.format("Content-Type: application/json\\r\\nContent-Length: 0\\r\\n",
+                                      "POST /vantage.v1.SessionService/ListSessions"))
+        self.assertIn(" 4", refused.splitlines()[0])
         shell("! setpriv --reuid=nobody --clear-groups vantaged --healthcheck "
               "unix:/run/vantage/vantaged.sock")
 

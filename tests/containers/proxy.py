@@ -45,7 +45,8 @@ class Proxy:
                     "VANTAGE_CLIENTS": str(self.folder / "clients"),
                     "VANTAGE_BIND": f"fd@{listeners[0].fileno()}",
                     "HAPROXY_METRICS": f"fd@{listeners[1].fileno()}",
-                    "VANTAGE_SERVER": f"unix@{server}", "VANTAGE_HTTP": http})
+                    "VANTAGE_SERVER": f"unix@{server}", "VANTAGE_HTTP": http,
+                    "VANTAGE_WEB": f"unix@{pathlib.Path(server).with_name('web.sock')}"})
         for one in listeners:
             one.close()
 

@@ -83,6 +83,7 @@ class ConfigurationTest(DeployTest):
         after = tomllib.loads(file.read_text())
         self.assertEqual({key: after[key] for key in after if after[key] != before.get(key)}, {
             "listen": ["127.0.0.1:7464", "unix:/run/vantage/vantaged.sock"],
+            "web": "unix:/run/vantage/web.sock",
             "callers": "/etc/vantage/callers", "certificate-metadata": "x-client-certificate",
             "address-metadata": "x-forwarded-for"})
         self.assertEqual(before.keys() - after.keys(), set())
@@ -97,19 +98,20 @@ class ConfigurationTest(DeployTest):
         package = (DEPLOY / "vantaged.toml").read_text()
         pod = yaml.safe_load((DEPLOY / "kubernetes/base/config.yaml").read_text())
         compose = yaml.safe_load((DEPLOY / "compose/compose.yaml").read_text())
-        described = {"package": re.findall(r'^# ((?:listen|certificate-|address-).*)$', package,
+        described = {"package": re.findall(r'^# ((?:listen|web|certificate-|address-).*)$', package,
                                            re.MULTILINE),
                      "pod": pod["data"]["vantaged.toml"].splitlines(),
                      "compose": compose["services"]["vantaged"]["command"]}
         path, = re.findall(r"VANTAGE_SERVER-unix@(\S+)}", proxy)
+        web, = re.findall(r"VANTAGE_WEB-unix@(\S+)}", proxy)
         certificate, = re.findall(r"set-header (\S+) %\[ssl_c_der,base64\]", proxy)
         address, = re.findall(r"set-header (\S+) %\[src\]", proxy)
         # Whatever of that name came from outside is gone first.
         self.assertLess(proxy.index(f"del-header {certificate}\n"),
                         proxy.index(f"set-header {certificate} "))
         for where, lines in described.items():
-            for key, value in (("listen", f"unix:{path}"), ("certificate-metadata", certificate),
-                               ("address-metadata", address)):
+            for key, value in (("listen", f"unix:{path}"), ("web", f"unix:{web}"),
+                               ("certificate-metadata", certificate), ("address-metadata", address)):
                 self.assertTrue([line for line in lines if key in line and value in line],
                                 (where, key, value))
         port, = re.findall(r"VANTAGE_HTTP-127.0.0.1:(\d+)}", proxy)
@@ -254,7 +256,8 @@ class KubernetesTest(DeployTest):
         known.update(given)
         for name in ("VANTAGE_CERTS", "VANTAGE_CLIENTS"):
             self.assertIn(known[name], mounts)
-        shared = mounts[os.path.dirname(known["VANTAGE_SERVER"].removeprefix("unix@"))]
+        shared, = {mounts[os.path.dirname(known[name].removeprefix("unix@"))]
+                   for name in ("VANTAGE_SERVER", "VANTAGE_WEB")}
         self.assertIn(shared, [mount["name"] for mount in containers["vantaged"]["volumeMounts"]])
         volumes = {volume["name"]: volume for volume in spec["volumes"]}
         self.assertIn("emptyDir", volumes[shared])
@@ -300,8 +303,9 @@ class ComposeTest(DeployTest):
             self.assertIn(f"${{{name}-", (DEPLOY / "haproxy" / "haproxy.cfg").read_text())
         # The socket lies in memory that both have, for the user of the image and its group.
         for name in ("vantaged", "haproxy"):
-            self.assertIn("socket:" + os.path.dirname(given["listen"].removeprefix("unix:")),
-                          services[name]["volumes"])
+            for option in ("listen", "web"):
+                self.assertIn("socket:" + os.path.dirname(given[option].removeprefix("unix:")),
+                              services[name]["volumes"])
         group, = services["haproxy"]["group_add"]
         self.assertIn(f"gid={group}", described["volumes"]["socket"]["driver_opts"]["o"])
         self.assertIn(f"USER {group}:{group}", (ROOT / "docker" / "Dockerfile").read_text())

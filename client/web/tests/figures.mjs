@@ -3,11 +3,9 @@
 //
 //   VANTAGE_BINARIES=../../build/release node tests/figures.mjs
 import { spawn, execFileSync } from "node:child_process";
-import { once } from "node:events";
 import { mkdtempSync, readFileSync, existsSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { createInterface } from "node:readline";
 import { chromium } from "playwright-core";
 
 const binaries = process.env.VANTAGE_BINARIES ?? "../../build/release";
@@ -22,6 +20,12 @@ const server = spawn(
     "127.0.0.1:0",
     "--port-file",
     join(folder, "port"),
+    "--web",
+    "127.0.0.1:0",
+    "--web-port-file",
+    join(folder, "web-port"),
+    "--web-root",
+    "../../build/web",
     "--calls-per-second",
     "0",
     "--log-level",
@@ -29,7 +33,7 @@ const server = spawn(
   ],
   { stdio: ["ignore", "ignore", "inherit"] },
 );
-let bridge, browser;
+let browser;
 const median = (values) => [...values].sort((a, b) => a - b)[Math.floor(values.length / 2)];
 const figure = (name, value) => console.log(`${name} ${value.toFixed(value < 10 ? 2 : 0)}`);
 try {
@@ -60,10 +64,7 @@ try {
     ],
     { stdio: ["ignore", "ignore", "inherit"] },
   );
-  bridge = spawn(process.execPath, ["dev/bridge.mjs", "--server", address, "--listen", "127.0.0.1:0"], {
-    stdio: ["ignore", "pipe", "inherit"],
-  });
-  const [url] = await once(createInterface({ input: bridge.stdout }), "line");
+  const url = `http://127.0.0.1:${readFileSync(join(folder, "web-port"), "utf8").trim()}`;
   const call = async (method, body) => {
     const response = await fetch(`${url}/vantage.v1.${method}`, {
       method: "POST",
@@ -180,7 +181,6 @@ try {
   figure("page.whole_plan.1000m2.seconds", median(drawn));
 } finally {
   await browser?.close();
-  bridge?.kill();
   server.kill();
   rmSync(folder, { recursive: true, force: true });
 }

@@ -78,17 +78,16 @@ std::string AddressOf(const std::string& peer) {
 }
 
 // Whether it came by a socket of the file system, which only the proxy in front may open.
-bool ByProxy(const grpc::ServerContextBase& context) {
-  return absl::StartsWith(context.peer(), "unix:");
-}
+bool ByProxy(const Arrival& arrival) { return absl::StartsWith(arrival.peer, "unix:"); }
 
 }  // namespace
 
 Authorizer::Authorizer(auth::AccessOptions options, std::unique_ptr<auth::CallersFile> callers,
-                       std::unique_ptr<auth::JwtIssuer> jwts)
+                       std::unique_ptr<auth::JwtIssuer> jwts, WebSeal web)
     : options_(std::move(options)),
       callers_(std::move(callers)),
       jwts_(std::move(jwts)),
+      web_(std::move(web)),
       calls_(options_.calls_per_second, options_.calls_at_once),
       failures_(kFailuresPerSecond, kFailuresAtOnce) {}
 
@@ -100,10 +99,10 @@ absl::StatusOr<bool> Authorizer::RefreshJwtKeys() {
   return jwts_ == nullptr ? absl::StatusOr<bool>(false) : jwts_->Refresh();
 }
 
-absl::StatusOr<std::optional<std::string>> Authorizer::NamedTenant(
-    const grpc::ServerContextBase& context) const {
+absl::StatusOr<std::optional<std::string>> Authorizer::NamedTenant(const Call& call) const {
   if (options_.tenant_metadata.empty()) return std::nullopt;
-  absl::StatusOr<std::optional<std::string>> value = OnlyValue(context, options_.tenant_metadata);
+  absl::StatusOr<std::optional<std::string>> value =
+      OnlyValue(call.context, options_.tenant_metadata);
   if (!value.ok()) return Unauthenticated("TENANT_AMBIGUOUS", value.status().message());
   if (value->has_value() && (*value)->size() > kMaxTenant) {
     return Unauthenticated("TENANT_MISSING", "the tenant's name is too long");
@@ -112,13 +111,16 @@ absl::StatusOr<std::optional<std::string>> Authorizer::NamedTenant(
 }
 
 // Authorization where callers are not told apart.
-absl::StatusOr<Authorizer::Identity> Authorizer::IdentifyOpenly(
-    const grpc::ServerContextBase& context) const {
-  absl::StatusOr<std::optional<std::string>> named = NamedTenant(context);
+absl::StatusOr<Authorizer::Identity> Authorizer::IdentifyOpenly(const Call& call) const {
+  absl::StatusOr<std::optional<std::string>> named = NamedTenant(call);
   if (!named.ok()) return named.status();
-  Identity identity{AddressOf(context.peer()), std::nullopt, auth::Roles::All(), ""};
-  for (const grpc::string_ref& name : context.auth_context()->GetPeerIdentity()) {
+  Identity identity{AddressOf(call.arrival.peer), std::nullopt, auth::Roles::All(), ""};
+  for (const grpc::string_ref& name : call.context.auth_context()->GetPeerIdentity()) {
     identity.name = std::string(View(name));
+  }
+  if (call.arrival.certificate.has_value()) {
+    const auto names = auth::CertificateNames(*call.arrival.certificate);
+    if (names.ok() && !names->empty()) identity.name = names->front();
   }
   if (options_.tenant_metadata.empty()) return identity;
   identity.tenant = named->value_or("");
@@ -127,11 +129,10 @@ absl::StatusOr<Authorizer::Identity> Authorizer::IdentifyOpenly(
 }
 
 // The client's address, without a port, where the proxy says it.
-std::optional<std::string> Authorizer::ForwardedAddress(
-    const grpc::ServerContextBase& context) const {
-  if (options_.address_metadata.empty() || !ByProxy(context)) return std::nullopt;
+std::optional<std::string> Authorizer::ForwardedAddress(const Call& call) const {
+  if (options_.address_metadata.empty() || !ByProxy(call.arrival)) return std::nullopt;
   const absl::StatusOr<std::optional<std::string>> told =
-      OnlyValue(context, options_.address_metadata);
+      OnlyValue(call.context, options_.address_metadata);
   if (!told.ok() || !told->has_value()) return std::nullopt;
   return auth::ClientAddress(**told);
 }
@@ -139,17 +140,23 @@ std::optional<std::string> Authorizer::ForwardedAddress(
 // The names of the certificate that the client showed, here or to the proxy; nullopt: it showed
 // none.
 absl::StatusOr<std::optional<std::vector<std::string>>> Authorizer::CertificateNamesOf(
-    const grpc::ServerContextBase& context) const {
-  if (!options_.certificate_metadata.empty() && ByProxy(context)) {
+    const Call& call) const {
+  if (!options_.certificate_metadata.empty() && ByProxy(call.arrival)) {
     const absl::StatusOr<std::optional<std::string>> passed_on =
-        OnlyValue(context, options_.certificate_metadata);
+        OnlyValue(call.context, options_.certificate_metadata);
     if (!passed_on.ok()) return passed_on.status();
     if (!passed_on->has_value()) return std::nullopt;
     absl::StatusOr<std::vector<std::string>> names = auth::CertificateNames(**passed_on);
     if (!names.ok()) return names.status();
     return *std::move(names);
   }
-  const std::shared_ptr<const grpc::AuthContext> peer = context.auth_context();
+  if (call.arrival.certificate.has_value()) {
+    absl::StatusOr<std::vector<std::string>> names =
+        auth::CertificateNames(*call.arrival.certificate);
+    if (!names.ok()) return names.status();
+    return *std::move(names);
+  }
+  const std::shared_ptr<const grpc::AuthContext> peer = call.context.auth_context();
   if (!peer->IsPeerAuthenticated()) return std::nullopt;
   std::vector<std::string> names;
   for (const char* property : {GRPC_X509_SAN_PROPERTY_NAME, GRPC_X509_CN_PROPERTY_NAME}) {
@@ -162,32 +169,32 @@ absl::StatusOr<std::optional<std::vector<std::string>>> Authorizer::CertificateN
 
 absl::StatusOr<auth::Caller> Authorizer::FindByToken(const auth::CallerList& list,
                                                      absl::string_view token,
-                                                     const grpc::ServerContextBase& context) const {
+                                                     const Call& call) const {
   if (const auth::Caller* known = list.ByToken(token); known != nullptr) return *known;
   if (jwts_ == nullptr || !auth::HasFormOfJwt(token)) {
     return Unauthenticated("TOKEN_UNKNOWN", "the token is none that this server knows");
   }
   absl::StatusOr<auth::Caller> caller =
-      jwts_->Check(token, ForwardedAddress(context).value_or(AddressOf(context.peer())),
+      jwts_->Check(token, ForwardedAddress(call).value_or(AddressOf(call.arrival.peer)),
                    absl::Now(), std::chrono::steady_clock::now());
   if (!caller.ok()) return JwtRefused(caller.status());
   return caller;
 }
 
 // Whom the call's credentials belong to: a line of the callers file, or a JWT's subject.
-absl::StatusOr<auth::Caller> Authorizer::FindCaller(const grpc::ServerContextBase& context) const {
+absl::StatusOr<auth::Caller> Authorizer::FindCaller(const Call& call) const {
   const std::shared_ptr<const auth::CallerList> list =
       callers_ == nullptr ? std::make_shared<const auth::CallerList>() : callers_->list();
-  const absl::StatusOr<std::optional<std::string>> header = OnlyValue(context, kAuthorization);
+  const absl::StatusOr<std::optional<std::string>> header = OnlyValue(call.context, kAuthorization);
   if (!header.ok()) return Unauthenticated("TOKEN_UNKNOWN", header.status().message());
   if (header->has_value()) {
     const absl::string_view text = **header;
     if (!absl::EqualsIgnoreCase(text.substr(0, kBearer.size()), kBearer)) {
       return Unauthenticated("TOKEN_UNKNOWN", "authorization must be 'Bearer TOKEN'");
     }
-    return FindByToken(*list, absl::StripAsciiWhitespace(text.substr(kBearer.size())), context);
+    return FindByToken(*list, absl::StripAsciiWhitespace(text.substr(kBearer.size())), call);
   }
-  const absl::StatusOr<std::optional<std::vector<std::string>>> names = CertificateNamesOf(context);
+  const absl::StatusOr<std::optional<std::vector<std::string>>> names = CertificateNamesOf(call);
   if (!names.ok()) {
     return Unauthenticated("CERTIFICATE_INVALID",
                            absl::StrCat("the proxy's header ", options_.certificate_metadata, ": ",
@@ -207,17 +214,16 @@ absl::StatusOr<auth::Caller> Authorizer::FindCaller(const grpc::ServerContextBas
                          "knows has it");
 }
 
-absl::StatusOr<Authorizer::Identity> Authorizer::Identify(
-    const grpc::ServerContextBase& context) const {
-  if (callers_ == nullptr && jwts_ == nullptr) return IdentifyOpenly(context);
-  const absl::StatusOr<auth::Caller> caller = FindCaller(context);
+absl::StatusOr<Authorizer::Identity> Authorizer::Identify(const Call& call) const {
+  if (callers_ == nullptr && jwts_ == nullptr) return IdentifyOpenly(call);
+  const absl::StatusOr<auth::Caller> caller = FindCaller(call);
   if (!caller.ok()) return caller.status();
   if (absl::Status valid = CheckExpiry(caller->name, caller->expires); !valid.ok()) return valid;
   if (!caller->names_tenant) {
     return Identity{caller->name,       caller->tenant, caller->roles,
                     caller->credential, caller->by_jwt, caller->expires};
   }
-  const absl::StatusOr<std::optional<std::string>> named = NamedTenant(context);
+  const absl::StatusOr<std::optional<std::string>> named = NamedTenant(call);
   if (!named.ok()) return named.status();
   if (named->value_or("").empty()) {
     return Unauthenticated("TENANT_MISSING",
@@ -233,11 +239,12 @@ absl::StatusOr<Authorizer::Identity> Authorizer::Identify(
 Admission Authorizer::Admit(const RpcRule& rule, const grpc::ServerContextBase& context) {
   const auto now = std::chrono::steady_clock::now();
   Admission admission;
-  const std::optional<std::string> forwarded = ForwardedAddress(context);
-  admission.peer = forwarded.value_or(context.peer());
-  absl::StatusOr<Identity> identity = Identify(context);
+  const Call call{context, web_.Read(context)};
+  const std::optional<std::string> forwarded = ForwardedAddress(call);
+  admission.peer = forwarded.value_or(call.arrival.peer);
+  absl::StatusOr<Identity> identity = Identify(call);
   if (!identity.ok()) {
-    admission.caller = forwarded.value_or(AddressOf(context.peer()));
+    admission.caller = forwarded.value_or(AddressOf(call.arrival.peer));
     admission.status = identity.status();
     const absl::Duration wait = failures_.Take(admission.caller, now);
     if (wait > absl::ZeroDuration()) {

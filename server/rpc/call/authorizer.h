@@ -15,6 +15,7 @@
 #include "server/auth/callers.h"
 #include "server/auth/jwt_issuer.h"
 #include "server/auth/rate_limits.h"
+#include "server/rpc/call/arrival.h"
 #include "server/rpc/call/rules.h"
 
 namespace vantage::rpc {
@@ -24,7 +25,8 @@ struct Admission {
   absl::Status status;  // OK: let in
   // As the callers file names it, 'jwt:' and a JWT's subject, or its address; for logs and limits.
   std::string caller;
-  // Where the call comes from: what gRPC says, or the address that a proxy passed on.
+  // Where the call comes from: what gRPC or the web listener says, or the address that a proxy
+  // passed on.
   std::string peer;
   // The tenant whose sessions it may see; nullopt: all, where callers are not told apart.
   std::optional<std::string> tenant;
@@ -37,9 +39,10 @@ struct Admission {
 // Thread safe.
 class Authorizer {
  public:
-  // `callers`: null where the options have no callers file; `jwts`: where they have no JWT keys.
+  // `callers`: null where the options have no callers file; `jwts`: where they have no JWT keys;
+  // `web`: the seal of this process's gateway, where there is one.
   Authorizer(auth::AccessOptions options, std::unique_ptr<auth::CallersFile> callers,
-             std::unique_ptr<auth::JwtIssuer> jwts = nullptr);
+             std::unique_ptr<auth::JwtIssuer> jwts = nullptr, WebSeal web = {});
 
   // UNAUTHENTICATED (CREDENTIALS_MISSING, TOKEN_UNKNOWN, TOKEN_EXPIRED, TOKEN_UNFIT,
   // CERTIFICATE_UNKNOWN, CERTIFICATE_INVALID, TENANT_MISSING), RESOURCE_EXHAUSTED (RATE_LIMITED),
@@ -59,6 +62,11 @@ class Authorizer {
   absl::StatusOr<bool> RefreshJwtKeys();
 
  private:
+  // What is known of a call before it is known who calls.
+  struct Call {
+    const grpc::ServerContextBase& context;
+    const Arrival arrival;
+  };
   struct Identity {
     std::string name;
     std::optional<std::string> tenant;
@@ -67,20 +75,20 @@ class Authorizer {
     bool by_jwt = false;
     absl::Time expires = absl::InfiniteFuture();
   };
-  absl::StatusOr<Identity> Identify(const grpc::ServerContextBase& context) const;
-  absl::StatusOr<Identity> IdentifyOpenly(const grpc::ServerContextBase& context) const;
-  absl::StatusOr<auth::Caller> FindCaller(const grpc::ServerContextBase& context) const;
-  std::optional<std::string> ForwardedAddress(const grpc::ServerContextBase& context) const;
+  absl::StatusOr<Identity> Identify(const Call& call) const;
+  absl::StatusOr<Identity> IdentifyOpenly(const Call& call) const;
+  absl::StatusOr<auth::Caller> FindCaller(const Call& call) const;
+  std::optional<std::string> ForwardedAddress(const Call& call) const;
   absl::StatusOr<std::optional<std::vector<std::string>>> CertificateNamesOf(
-      const grpc::ServerContextBase& context) const;
+      const Call& call) const;
   absl::StatusOr<auth::Caller> FindByToken(const auth::CallerList& list, absl::string_view token,
-                                           const grpc::ServerContextBase& context) const;
-  absl::StatusOr<std::optional<std::string>> NamedTenant(
-      const grpc::ServerContextBase& context) const;
+                                           const Call& call) const;
+  absl::StatusOr<std::optional<std::string>> NamedTenant(const Call& call) const;
 
   const auth::AccessOptions options_;
   const std::unique_ptr<auth::CallersFile> callers_;
   const std::unique_ptr<auth::JwtIssuer> jwts_;
+  const WebSeal web_;
   auth::RateLimits calls_;
   auth::RateLimits failures_;
 };

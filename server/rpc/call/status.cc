@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include "absl/strings/cord.h"
 #include "absl/strings/str_cat.h"
@@ -41,8 +42,9 @@ std::string Sendable(absl::string_view message) {
 
 }  // namespace
 
-grpc::Status ToGrpcStatus(const absl::Status& original, grpc::ServerContextBase& context) {
-  if (original.ok()) return grpc::Status::OK;
+SentStatus WithDetails(const absl::Status& original) {
+  SentStatus sent;
+  if (original.ok()) return sent;
   absl::Status status = original;
   if (contract::ReasonOf(status).empty()) {
     absl::Status with_reason = contract::ErrorWithReason(
@@ -59,8 +61,7 @@ grpc::Status ToGrpcStatus(const absl::Status& original, grpc::ServerContextBase&
       contract::AddDetail(status, info);
       delay = info.retry_delay();
     }
-    context.AddTrailingMetadata("grpc-retry-pushback-ms",
-                                absl::StrCat(delay.seconds() * 1000 + delay.nanos() / 1'000'000));
+    sent.pushback_ms = delay.seconds() * 1000 + delay.nanos() / 1'000'000;
   }
   google::rpc::Status details;
   details.set_code(static_cast<int>(status.code()));
@@ -73,7 +74,17 @@ grpc::Status ToGrpcStatus(const absl::Status& original, grpc::ServerContextBase&
     detail.set_value(std::string(payload));
   });
   // The canonical codes of absl and gRPC are the same numbers.
-  return {static_cast<grpc::StatusCode>(status.raw_code()), message, details.SerializeAsString()};
+  sent.status = grpc::Status(static_cast<grpc::StatusCode>(status.raw_code()), message,
+                             details.SerializeAsString());
+  return sent;
+}
+
+grpc::Status ToGrpcStatus(const absl::Status& status, grpc::ServerContextBase& context) {
+  SentStatus sent = WithDetails(status);
+  if (sent.pushback_ms.has_value()) {
+    context.AddTrailingMetadata("grpc-retry-pushback-ms", absl::StrCat(*sent.pushback_ms));
+  }
+  return std::move(sent.status);
 }
 
 }  // namespace vantage::rpc

@@ -24,10 +24,12 @@
 #include "tests/server/fixture/certificates.h"
 #include "tests/server/fixture/in_process.h"
 #include "tests/server/fixture/jwt_signer.h"
+#include "tests/server/fixture/secured_server.h"
 
 namespace vantage::rpc {
 namespace {
 
+using fixture::SecuredServer;
 using google::protobuf::DescriptorPool;
 using google::protobuf::Message;
 using google::protobuf::MethodDescriptor;
@@ -66,140 +68,6 @@ using Metadata = std::multimap<std::string, std::string>;
 struct Answer {
   grpc::Status status;
   std::multimap<std::string, std::string> trailers;
-};
-
-// A server with a folder for its files, whose log is kept.
-class SecuredServer {
- public:
-  SecuredServer()
-      : authority_("test authority"),
-        store_(size_t{1} << 30),
-        log_(telemetry::LogLevel::kInfo, Sink()) {
-    std::string name = ::testing::TempDir() + "/secured-XXXXXX";
-    folder_ = mkdtemp(name.data());
-  }
-  ~SecuredServer() {
-    server_.reset();
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-  }
-  SecuredServer(const SecuredServer&) = delete;
-  SecuredServer& operator=(const SecuredServer&) = delete;
-
-  std::string File(const std::string& name) const { return folder_ + "/" + name; }
-  const fixture::TestAuthority& authority() const { return authority_; }
-
-  // A token for a line of the callers file.
-  std::string AddToken(const std::string& name_tenant_roles, const std::string& expires = "") {
-    const auth::NewToken made = auth::MakeToken();
-    AddLine(absl::StrCat(name_tenant_roles, " ", made.credential, " ", expires));
-    return made.token;
-  }
-  void AddLine(const std::string& line) { callers_ += line + "\n"; }
-  void WriteCallers(const std::string& text) const {
-    fixture::WriteTestFile(File("callers"), text);
-    chmod(File("callers").c_str(), 0600);
-  }
-  void WriteCallers() const { WriteCallers(callers_); }
-  void WriteCallersBut(const std::string& name) const {
-    std::string others;
-    for (const absl::string_view line : absl::StrSplit(callers_, '\n')) {
-      if (!absl::StartsWith(line, name + " ")) absl::StrAppend(&others, line, "\n");
-    }
-    WriteCallers(others);
-  }
-
-  server::ServerOptions WithCallers() const {
-    WriteCallers();
-    server::ServerOptions options;
-    options.access.callers_file = File("callers");
-    return options;
-  }
-  void WriteJwtKeys(const std::string& set) const {
-    fixture::WriteTestFile(File("jwt-keys"), set);
-    chmod(File("jwt-keys").c_str(), 0600);
-  }
-  // Takes the JWTs of a signer's keys, as JwtClaims() makes them.
-  server::ServerOptions WithJwts(const std::string& set) const {
-    WriteJwtKeys(set);
-    server::ServerOptions options;
-    options.access.jwt.keys_file = File("jwt-keys");
-    options.access.jwt.issuer = "https://login.example";
-    options.access.jwt.audience = "vantage";
-    return options;
-  }
-  // Adds a certificate for 127.0.0.1, by this authority.
-  void Encrypt(server::ServerOptions& options, bool clients_too) {
-    WriteServerCertificate("server");
-    fixture::WriteTestFile(File("ca.pem"), authority_.certificate());
-    options.access.tls_cert = File("cert.pem");
-    options.access.tls_key = File("key.pem");
-    if (clients_too) options.access.tls_client_ca = File("ca.pem");
-  }
-  void WriteServerCertificate(const std::string& name) {
-    const fixture::CertifiedKey own = authority_.Issue(name, "IP:127.0.0.1");
-    fixture::WriteTestFile(File("key.pem"), own.key);
-    fixture::WriteTestFile(File("cert.pem"), own.certificate);
-  }
-
-  void Start(server::ServerOptions options) {
-    options.listen = {"127.0.0.1:0"};
-    options.threads = 2;
-    script_.EndPlans();
-    auto server = server::Server::Start(options, store_, log_, script_.Make());
-    ASSERT_TRUE(server.ok()) << server.status();
-    server_ = *std::move(server);
-  }
-  server::Server& server() { return *server_; }
-
-  std::shared_ptr<grpc::Channel> Plain() const {
-    return Connect(grpc::InsecureChannelCredentials());
-  }
-  std::shared_ptr<grpc::Channel> Encrypted(const fixture::CertifiedKey* own = nullptr) const {
-    grpc::SslCredentialsOptions tls;
-    tls.pem_root_certs = authority_.certificate();
-    if (own != nullptr) {
-      tls.pem_cert_chain = own->certificate;
-      tls.pem_private_key = own->key;
-    }
-    return Connect(grpc::SslCredentials(tls));
-  }
-
-  // Lines of the log that say so.
-  std::vector<std::string> Lines(const std::string& with) const {
-    std::lock_guard<std::mutex> lock(mutex_);
-    std::vector<std::string> found;
-    for (const std::string& line : lines_) {
-      if (line.find(with) != std::string::npos) found.push_back(line);
-    }
-    return found;
-  }
-
- private:
-  telemetry::Log::Sink Sink() {
-    return [this](absl::string_view line) {
-      std::lock_guard<std::mutex> lock(mutex_);
-      lines_.emplace_back(line);
-    };
-  }
-  std::shared_ptr<grpc::Channel> Connect(
-      const std::shared_ptr<grpc::ChannelCredentials>& credentials) const {
-    // A connection of its own: channels that look alike share one else.
-    grpc::ChannelArguments arguments;
-    arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-    return grpc::CreateCustomChannel(absl::StrCat("127.0.0.1:", server_->port()), credentials,
-                                     arguments);
-  }
-
-  fixture::TestAuthority authority_;
-  std::string folder_;
-  std::string callers_;
-  mutable std::mutex mutex_;
-  std::vector<std::string> lines_;  // guarded by mutex_
-  store::MemoryStore store_;
-  telemetry::Log log_;
-  fixture::Script script_;
-  std::unique_ptr<server::Server> server_;
 };
 
 // Calls any method with one request, and reads one answer.

@@ -1,10 +1,9 @@
-// A server of its own, the bridge in front of it, and a browser with tablets.
+// A server of its own, which serves the page, and a browser with tablets.
 import { execFileSync, spawn, type ChildProcess } from "node:child_process";
 import { once } from "node:events";
 import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { createInterface } from "node:readline";
 import { createClient, type Client } from "@connectrpc/connect";
 import { createConnectTransport } from "@connectrpc/connect-node";
 import axe from "axe-core";
@@ -30,23 +29,13 @@ export class Site {
   readonly folder = mkdtempSync(join(tmpdir(), "vantage-page-"));
   url = "";
   #server: ChildProcess | undefined;
-  #bridge: ChildProcess | undefined;
   #browser: Browser | undefined;
+  // Taken at the first start, and kept.
   #port = 0;
   readonly errors: string[] = [];
 
   async start(): Promise<void> {
     await this.startServer();
-    const bridge = spawn(
-      process.execPath,
-      ["dev/bridge.mjs", "--server", `127.0.0.1:${this.#port}`, "--listen", "127.0.0.1:0"],
-      {
-        stdio: ["ignore", "pipe", "inherit"],
-      },
-    );
-    this.#bridge = bridge;
-    const [line] = (await once(createInterface({ input: bridge.stdout! }), "line")) as [string];
-    this.url = line;
     const executablePath = browserPaths.find((path) => path !== "" && existsSync(path));
     // No sandbox: tests run as root in containers. WebGL in software.
     this.#browser = await chromium.launch({
@@ -81,16 +70,19 @@ export class Site {
     const binary = this.#binary;
     const portFile = join(this.folder, "port");
     rmSync(portFile, { force: true });
-    const listen = `127.0.0.1:${this.#port}`;
     this.#server = spawn(
       binary,
       [
         "--data",
         join(this.folder, "data"),
         "--listen",
-        listen,
-        "--port-file",
+        "127.0.0.1:0",
+        "--web",
+        `127.0.0.1:${this.#port}`,
+        "--web-port-file",
         portFile,
+        "--web-root",
+        "../../build/web",
         "--calls-per-second",
         "0",
         "--threads",
@@ -106,6 +98,7 @@ export class Site {
       await new Promise((resolve) => setTimeout(resolve, 50));
     }
     this.#port = Number(readFileSync(portFile, "utf8"));
+    this.url = `http://127.0.0.1:${this.#port}`;
   }
 
   // As a power cut does.
@@ -120,7 +113,6 @@ export class Site {
 
   async stop(): Promise<void> {
     await this.#browser?.close();
-    this.#bridge?.kill();
     await this.killServer();
     rmSync(this.folder, { recursive: true, force: true });
   }
