@@ -13,9 +13,9 @@
 #include "absl/status/statusor.h"
 #include "core/model/view/planning_view.h"
 #include "core/parallel/parallel.h"
+#include "core/registration/align/known_surface.h"
 #include "core/registration/align/registration_config.h"
 #include "core/registration/disagreements.h"
-#include "core/registration/align/known_surface.h"
 #include "core/sensor/scan.h"
 
 namespace vantage::registration {
