@@ -16,8 +16,9 @@ namespace vantage::registration {
 // mirror of a square metre fills more of a panoramic scan within a metre and a half.
 inline constexpr double kLittleContradiction = 0.03;
 
-// Registers a scan and, where it is in doubt and contradicts the model, or contradicts it by what is
-// taken for things that were moved, once more without its reflections. Finding reflections takes half as long as aligning, so it is done only in doubt.
+// Registers a scan and, where it is in doubt and contradicts the model, or contradicts it by what
+// is taken for things that were moved, once more without its reflections. Finding reflections takes
+// half as long as aligning, so it is done only in doubt.
 template <typename RegisterScan>
 RegistrationResult WithMirrorsTold(const sensor::Scan& scan, parallel::Parallel& parallel,
                                    const RegisterScan& register_scan) {
