@@ -1,4 +1,3 @@
-#include "core/registration/bound/moved_things.h"
 #include "core/registration/bound/qualify.h"
 
 #include <Eigen/Cholesky>
@@ -16,6 +15,7 @@
 #include "core/registration/align/pose_step.h"
 #include "core/registration/align/space_agreement.h"
 #include "core/registration/bound/judge.h"
+#include "core/registration/bound/moved_things.h"
 #include "core/registration/bound/rivals.h"
 
 namespace vantage::registration {
