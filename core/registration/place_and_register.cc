@@ -40,11 +40,16 @@ bool DoesNotFit(const RegistrationResult& as_given, const RegistrationConfig& co
 }
 
 // Whether a search without the prior found where the scan fits: for certain but for places that
-// look the same, which it names.
+// look the same, which it names, or less exactly than is required since its instrument knows no
+// better.
 bool FoundPlaces(const RegistrationVerdict& verdict) {
   if (verdict.registered()) return true;
+  const auto rests_on = [&](RegistrationBasis basis) {
+    return verdict.bases == std::vector<RegistrationBasis>{basis};
+  };
   return verdict.outcome == RegistrationOutcome::kDoubtful &&
-         verdict.bases == std::vector<RegistrationBasis>{RegistrationBasis::kRivalPose};
+         (rests_on(RegistrationBasis::kRivalPose) ||
+          (rests_on(RegistrationBasis::kResiduals) && verdict.attainable_accuracy.has_value()));
 }
 
 // What the search without the prior found, as a doubtful result; nothing where it found no other

@@ -13,6 +13,7 @@
 #include "core/registration/align/registration_config.h"
 #include "core/registration/bound/prediction.h"
 #include "core/registration/levelling.h"
+#include "core/registration/place_and_register.h"
 #include "core/registration/registration.h"
 #include "core/sensor/imported_scan.h"
 #include "core/sensor/scan_file.h"
@@ -185,6 +186,23 @@ TEST_F(RealScans, AreNotAcceptedWhereTheyDoNotBelong) {
       std::printf("turned %.0f moved %.1f: off %.2f m, contradiction %.2f: %s\n", yaw, shift,
                   d.metres, result->contradiction_share, result->verdict.reason.c_str());
     }
+  }
+}
+
+// Also with the default requirement, which this instrument cannot meet.
+TEST_F(RealScans, AreFoundWhereTheirPriorIsWrong) {
+  const std::shared_ptr<const model::PlanningView> model = ModelOfScan1();
+  const Eigen::Isometry3d truth = T_world_scan1_ * T_scan1_scan2_;
+  sensor::Scan scan = scans_[1];
+  scan.prior.emplace();
+  scan.prior->T_world_scan = PoseAt({2.1, 0.2, 0}, sensor::Radians(126));
+  for (const RegistrationConfig& config : {ForThisInstrument(), RegistrationConfig()}) {
+    const auto result = PlaceAndRegister(*model, scan, T_world_scan1_, {}, config, pool_);
+    ASSERT_TRUE(result.ok()) << result.status();
+    EXPECT_EQ(result->verdict.outcome, RegistrationOutcome::kDoubtful);
+    EXPECT_NE(result->verdict.reason.find("does not fit: it is 0.1"), std::string::npos)
+        << result->verdict.reason;
+    EXPECT_LT((result->T_world_scan.translation() - truth.translation()).norm(), 0.05);
   }
 }
 

@@ -141,11 +141,12 @@ TEST(PlanningPool, SharesAreBySessionNotByJob) {
   begun.wait();
   const double three_before = pool.Used(*three);
   const double one_before = pool.Used(*one);
-  while (pool.Used(*three) - three_before < 0.1) std::this_thread::yield();
+  while (pool.Used(*three) - three_before < 0.4) std::this_thread::yield();
   const double ratio = (pool.Used(*one) - one_before) / (pool.Used(*three) - three_before);
   stop = true;
   done.wait();
-  // By job it would be a third; slices of 2 ms blur a tenth of a second by a few of them.
+  // By job it would be a third; slices of 2 ms, and whatever else the machine does, blur it a
+  // little.
   EXPECT_GT(ratio, 0.7);
   EXPECT_LT(ratio, 1.4);
 }
