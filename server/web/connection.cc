@@ -267,8 +267,10 @@ void Connection::CallForStream(UpstreamRequest request) {
   upstream_ = CallStream(
       common_.server, std::move(request),
       [self = shared_from_this()](std::string message) {
-        boost::asio::post(self->executor_,
-                          [self, part = std::move(message)] { self->OnMessage(part); });
+        self->common_.turns.Wait([self, part = std::move(message)](Turns::Turn turn) {
+          boost::asio::post(self->executor_,
+                            [self, part, kept = std::move(turn)] { self->OnMessage(part); });
+        });
       },
       [self = shared_from_this(), number](const grpc::Status& status) {
         boost::asio::post(self->executor_, [self, number, status] {

@@ -21,6 +21,7 @@
 #include "server/web/connect/call_request.h"
 #include "server/web/http/request_reader.h"
 #include "server/web/router.h"
+#include "server/web/turns.h"
 #include "server/web/upstream.h"
 #include "server/web/wire.h"
 
@@ -54,6 +55,7 @@ struct Common {
   const bool identified;
   const Patience patience;
   ByteBudget budget;
+  Turns turns;                        // of messages of streams
   std::atomic<bool> crowded{false};   // most places are taken
   std::atomic<bool> draining{false};  // no connection goes on after its answer
   std::function<void(int status)> count_answer;

@@ -44,6 +44,9 @@ constexpr int kAskAfterSeconds = 5;
 constexpr int kAskEverySeconds = 4;
 constexpr int kAsk = 2;
 constexpr int kUnacknowledgedMs = 14'000;
+// Messages of streams that the threads are given at a time. Each takes them some 0.1 ms, so that a
+// call which comes meanwhile waits for less than one.
+constexpr size_t kMessagesAtOnce = 8;
 // How long no connection is taken after one could not be, for lack of files above all.
 constexpr std::chrono::milliseconds kAcceptAgain(100);
 // Calls that were cancelled end soon; until then gRPC's threads know their connections.
@@ -148,6 +151,7 @@ class Gateway::Listener {
                 options_.router.identified,
                 options_.patience,
                 ByteBudget(options_.memory_bytes),
+                Turns(kMessagesAtOnce),
                 {},
                 {},
                 [this](int status) { CountAnswer(status); }},
