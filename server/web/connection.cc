@@ -231,13 +231,13 @@ void Connection::Call() {
         call_, OwnError(absl::DeadlineExceededError("the call had no time left when it came")));
     return AnswerCall(std::move(answer));
   }
-  UpstreamRequest request = MakeUpstreamRequest(*std::move(message));
-  return call_.stream ? CallForStream(std::move(request)) : CallOnce(std::move(request));
+  const UpstreamRequest request = MakeUpstreamRequest(*std::move(message));
+  return call_.stream ? CallForStream(request) : CallOnce(request);
 }
 
-void Connection::CallOnce(UpstreamRequest request) {
+void Connection::CallOnce(const UpstreamRequest& request) {
   upstream_ = CallUnary(
-      common_.server, std::move(request),
+      common_.server, request,
       [self = shared_from_this()](const grpc::Status& status, std::string message) {
         boost::asio::post(self->executor_, [self, status, answer = std::move(message)]() mutable {
           self->OnAnswer(status, std::move(answer));
@@ -259,13 +259,13 @@ void Connection::OnAnswer(const grpc::Status& status, std::string message) {
   AnswerCall(*std::move(answer));
 }
 
-void Connection::CallForStream(UpstreamRequest request) {
+void Connection::CallForStream(const UpstreamRequest& request) {
   const uint64_t number = ++streams_;
   Response beginning = StreamBeginning(call_);
   common_.router.Permit(head_, beginning);
   common_.count_answer(beginning.status);
   upstream_ = CallStream(
-      common_.server, std::move(request),
+      common_.server, request,
       [self = shared_from_this()](std::string message) {
         self->common_.turns.Wait([self, part = std::move(message)](Turns::Turn turn) {
           boost::asio::post(self->executor_,

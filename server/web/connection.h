@@ -94,8 +94,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void AdvanceBody();
   int64_t MostBytes() const;
   void Call();
-  void CallOnce(UpstreamRequest request);
-  void CallForStream(UpstreamRequest request);
+  void CallOnce(const UpstreamRequest& request);
+  void CallForStream(const UpstreamRequest& request);
   void OnAnswer(const grpc::Status& status, std::string message);
   void OnMessage(const std::string& message);
   void EndStream(const grpc::Status& status);

@@ -144,7 +144,7 @@ class StreamUpstream final : public Upstream,
 }  // namespace
 
 std::shared_ptr<Upstream> CallUnary(const std::shared_ptr<grpc::Channel>& channel,
-                                    UpstreamRequest request,
+                                    const UpstreamRequest& request,
                                     std::function<void(grpc::Status, std::string)> done) {
   const auto call = std::make_shared<UnaryUpstream>(channel, request);
   UnaryUpstream::Start(call, request.path, std::move(done));
@@ -152,7 +152,7 @@ std::shared_ptr<Upstream> CallUnary(const std::shared_ptr<grpc::Channel>& channe
 }
 
 std::shared_ptr<Upstream> CallStream(const std::shared_ptr<grpc::Channel>& channel,
-                                     UpstreamRequest request,
+                                     const UpstreamRequest& request,
                                      std::function<void(std::string)> message,
                                      std::function<void(grpc::Status)> done) {
   auto call =

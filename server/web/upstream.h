@@ -35,14 +35,14 @@ class Upstream {
 
 // `done` is called once, with the answer where the status is OK.
 std::shared_ptr<Upstream> CallUnary(const std::shared_ptr<grpc::Channel>& channel,
-                                    UpstreamRequest request,
+                                    const UpstreamRequest& request,
                                     std::function<void(grpc::Status, std::string)> done);
 
 // Nothing is read ahead: a message is fetched when it is asked for, so none queue up. `message` is
 // called once for each Next() that brings one, and `done` once, after all messages. Whoever asks
 // for no further message has to Cancel().
 std::shared_ptr<Upstream> CallStream(const std::shared_ptr<grpc::Channel>& channel,
-                                     UpstreamRequest request,
+                                     const UpstreamRequest& request,
                                      std::function<void(std::string)> message,
                                      std::function<void(grpc::Status)> done);
 

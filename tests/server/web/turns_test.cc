@@ -39,6 +39,7 @@ TEST(Turns, NeverMoreThanAreAllowedOnAnyThreads) {
   std::atomic<int> most{0};
   std::atomic<int> done{0};
   std::vector<std::thread> threads;
+  threads.reserve(4);
   for (int i = 0; i < 4; ++i) {
     threads.emplace_back([&] {
       for (int k = 0; k < 1000; ++k) {

@@ -20,7 +20,7 @@ TEST(Upstream, NothingIsFetchedThatNobodyAskedFor) {
   std::shared_ptr<Upstream> call;
   call = CallStream(
       server.channel(), {"/any/Stream", {}, std::nullopt, "request"},
-      [&](std::string message) {
+      [&](const std::string& message) {
         EXPECT_EQ(message.size(), 1000);
         if (++messages == 3) return third.set_value();
         call->Next();
