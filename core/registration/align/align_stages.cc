@@ -12,7 +12,6 @@ namespace {
 constexpr double kCoarseCompatible = 0.75;
 // That hold a pose's six directions, three each; with fewer it is by chance.
 constexpr size_t kFewestSamples = 20;
-constexpr double kMedianToSigma = 1.4826;  // of absolute Gaussian residuals
 // Of the robust weights' scale, a step at most, on its way from a voxel and a half to what the
 // noise leaves (graduated non-convexity). A pose that is a centimetre off can hold itself where
 // weights are a centimetre wide: floor and ceiling, which a turn does not move, make most residuals

@@ -17,6 +17,8 @@ namespace vantage::registration {
 
 // Standard deviations, to Tukey's scale: 95 % as efficient as least squares on Gaussian noise.
 inline constexpr double kTukeySigmas = 4.685;
+// Of the median of absolute Gaussian residuals, to their standard deviation.
+inline constexpr double kMedianToSigma = 1.4826;
 // m, that the median of absolute residuals counts as at least: three quarters of what a noise of 1
 // mm, the least of any scanner, leaves. Without any noise, in simulations, nothing but rounding
 // would count.

@@ -62,7 +62,7 @@ Residuals Weigh(const std::vector<Correspondence>& found, const RegistrationConf
   magnitudes.reserve(found.size());
   for (const Correspondence& c : found) magnitudes.push_back(std::abs(c.residual));
   const double gate =
-      kInlierDeviations * 1.4826 * std::max(Median(magnitudes), kLeastMedianResidual);
+      kInlierDeviations * kMedianToSigma * std::max(Median(magnitudes), kLeastMedianResidual);
   double squared = 0;
   double variance = 0;
   for (const Correspondence& c : found) {

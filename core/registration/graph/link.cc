@@ -12,6 +12,7 @@
 
 #include "absl/container/flat_hash_map.h"
 #include "absl/strings/str_format.h"
+#include "core/registration/align/align_stages.h"
 #include "core/registration/align/pose_step.h"
 #include "core/registration/bound/error_bound.h"
 #include "core/registration/graph/adjust.h"
@@ -37,9 +38,7 @@ constexpr double kGateFactor = 0.6;
 constexpr double kLeastGate = 0.02;
 constexpr int kStepsOfGate = 2;
 constexpr int kLinkSteps = 12;
-constexpr double kTukeySigmas = 4.685;
-constexpr double kMedianToDeviation = 1.4826;
-// m, that the median residual counts as at least (as qualify.cc has it).
+// m, that the median residual counts as at least: planes of twenty centimetres average noise out.
 constexpr double kLeastMedian = 3e-4;
 constexpr double kInlierSigmas = 4;
 // m and rad: a last step this small has converged.
@@ -211,7 +210,7 @@ class PatchAligner {
     for (int step = 0; step < kLinkSteps; ++step) {
       alignment.matches = MatchPatches(grid, many, alignment.T_a_b, gate, kAlike, normal_sigma_);
       if (alignment.matches.size() < kFewestPatches) return alignment;
-      gate = std::clamp(kTukeySigmas * kMedianToDeviation * MedianResidual(alignment.matches),
+      gate = std::clamp(kTukeySigmas * kMedianToSigma * MedianResidual(alignment.matches),
                         kLeastGate, gate);
       if (alignment.converged) return alignment;
       const sensor::Vector6d change = Step(alignment.matches, gate, 0, held, alignment.T_a_b);
@@ -254,7 +253,7 @@ struct Weighed {
 // Of what matches at the aligned pose, what is no outlier, with variances as residuals show them.
 Weighed WeighMatches(const std::vector<PatchMatch>& matches, const RegistrationConfig& config) {
   Weighed weighed;
-  const double gate = kInlierSigmas * kMedianToDeviation * MedianResidual(matches);
+  const double gate = kInlierSigmas * kMedianToSigma * MedianResidual(matches);
   double squared = 0;
   double variance = 0;
   double ratio = 0;
