@@ -1,7 +1,6 @@
 #include "server/session/chained_poses.h"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -9,6 +8,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/registration/align/largest_variance.h"
 #include "core/registration/align/pose_step.h"
 #include "core/registration/align/targets.h"
 #include "core/registration/graph/chi_square.h"
@@ -27,7 +27,7 @@ constexpr double kShareThatMatters = 0.5;
 constexpr double kShareOfSigma = 1.0 / 3;
 // By so many of its sigmas a link has to disagree before it says that poses are off. A job has some
 // hundred links of six directions, and links are believed a fifth too much: of those that are right
-// one in 10,000 is off by more.
+// one in 1,000 is off by more.
 constexpr double kSigmasOff = 4;
 // Of what a scan has to move by: those that would move by less when others are moved stay, so that
 // a scan at one end of a job does not have all of it merged anew.
@@ -46,114 +46,6 @@ bool SameBytes(const v1::Pose& a, const v1::Pose& b) {
 Eigen::Vector3d TurnOf(const Eigen::Matrix3d& rotation) {
   const Eigen::AngleAxisd turn(rotation);
   return turn.angle() * turn.axis();
-}
-
-double LargestVariance(const Eigen::Matrix3d& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance, Eigen::EigenvaluesOnly);
-  return std::max(0.0, solver.eigenvalues()[2]);
-}
-
-registration::ScanLink ReadLink(const v1::ScanLink& link) {
-  registration::ScanLink out;
-  out.a = link.first_scan();
-  out.b = link.second_scan();
-  // Between scans: in no frame that has an origin.
-  out.T_a_b = conversion::ReadOwnPose(link.pose(), Eigen::Vector3d::Zero());
-  for (int i = 0; i < std::min(36, link.information_size()); ++i) {
-    out.information(i / 6, i % 6) = link.information(i);
-  }
-  out.in_doubt = link.in_doubt();
-  return out;
-}
-
-// What a scan's prior says of its pose for certain; nothing where it is a guess.
-std::optional<registration::AbsolutePose> Believed(const v1::Scan& scan,
-                                                   const Eigen::Vector3d& origin) {
-  const bool believed =
-      scan.pose_source() == v1::POSE_SOURCE_SET ||
-      (scan.prior().trusted() && (scan.pose_source() == v1::POSE_SOURCE_FIRST_SCAN ||
-                                  scan.pose_source() == v1::POSE_SOURCE_TRUSTED_PRIOR));
-  if (!believed || scan.prior().covariance_size() != 36) return std::nullopt;
-  contract::Violations violations;
-  const sensor::PosePrior prior =
-      conversion::ReadPosePrior(scan.prior(), origin, "prior", violations);
-  if (!violations.ToStatus().ok() || !prior.covariance.has_value()) return std::nullopt;
-  registration::AbsolutePose pose;
-  pose.T_world_scan = prior.T_world_scan;
-  const Matrix6d information = prior.covariance->inverse();
-  pose.information = 0.5 * (information + information.transpose());
-  return pose;
-}
-
-// The targets of a scan whose places a control network has.
-std::vector<registration::TargetTie> ControlOf(const v1::Scan& scan,
-                                               const Eigen::Vector3d& origin) {
-  std::vector<registration::TargetTie> ties;
-  for (const v1::TargetSighting& target : scan.targets()) {
-    if (!target.has_in_world()) continue;
-    registration::TargetTie tie;
-    tie.name = target.name();
-    tie.in_scan = conversion::ReadOwnVector(target.in_scan());
-    tie.in_world = conversion::ReadOwnVector(target.in_world()) - origin;
-    if (target.has_sigma_m()) tie.sigma = target.sigma_m();
-    ties.push_back(std::move(tie));
-  }
-  return ties;
-}
-
-std::optional<registration::InclinometerReading> InclinometerOf(const v1::Scan& scan,
-                                                                const Eigen::Vector3d& origin) {
-  if (!scan.prior().has_levelled_sigma_rad()) return std::nullopt;
-  const Eigen::Isometry3d prior = conversion::ReadOwnPose(scan.prior().pose(), origin);
-  registration::InclinometerReading reading;
-  reading.up_in_scan = prior.linear().transpose() * Eigen::Vector3d::UnitZ();
-  reading.sigma = scan.prior().levelled_sigma_rad();
-  return reading;
-}
-
-// The scans of a chain as nodes; those that a control network holds, else the first one, are where
-// the world is.
-std::vector<registration::ScanNode> NodesOf(const ScanChain& chain, size_t count,
-                                            const std::vector<Eigen::Isometry3d>& poses) {
-  std::vector<registration::ScanNode> nodes;
-  std::vector<registration::TargetTie> places;  // each target at its place in the world
-  bool believed = false;
-  for (size_t i = 0; i < count; ++i) {
-    const v1::Scan& scan = chain.scans[i];
-    registration::ScanNode node;
-    node.id = scan.name();
-    node.T_world_scan = poses[i];
-    if (auto pose = Believed(scan, chain.origin); pose.has_value()) {
-      node.absolute.push_back(*std::move(pose));
-      believed = true;
-    }
-    node.targets = ControlOf(scan, chain.origin);
-    node.inclinometer = InclinometerOf(scan, chain.origin);
-    for (const registration::TargetTie& target : node.targets) {
-      const bool known = std::any_of(places.begin(), places.end(),
-                                     [&](const auto& place) { return place.name == target.name; });
-      if (known) continue;
-      places.push_back(target);
-      places.back().in_scan = target.in_world;
-    }
-    nodes.push_back(std::move(node));
-  }
-  const bool control = believed || registration::PoseFromTargets(places).has_value();
-  for (size_t i = 0; i < count; ++i) {
-    const v1::Scan& scan = chain.scans[i];
-    if (scan.pose_source() != v1::POSE_SOURCE_FIRST_SCAN) continue;
-    // Without a prior and without targets the world is where it says, which control then refers to.
-    const bool says_where = !scan.has_prior() && nodes[i].targets.empty();
-    nodes[i].fixed = says_where || !control;
-  }
-  // What ties scans of earlier releases to each other is not known: they stay.
-  bool held = control;
-  for (size_t i = 0; i < count; ++i) {
-    nodes[i].fixed = nodes[i].fixed || !chain.scans[i].merge().has_link_count();
-    held = held || nodes[i].fixed;
-  }
-  if (!held) nodes.front().fixed = true;
-  return nodes;
 }
 
 // Whether a pose is off by more than `matters` (m) and more than what says so may be: `off` is
@@ -240,7 +132,7 @@ bool SaysOff(const v1::Scan& scan, const std::vector<LinkBetween>& links,
     }
   }
   const Eigen::Isometry3d& own = poses.back();
-  const auto absolute = Believed(scan, chain.origin);
+  const auto absolute = BelievedPose(scan, chain.origin);
   if (absolute.has_value() &&
       IsOff(Difference(absolute->T_world_scan, own), absolute->information, kLeastLever, matters)) {
     return true;
@@ -308,9 +200,9 @@ double ShareMoved(const SoundAdjustment& made, size_t node, double matters) {
     lever = std::max(lever, made.graph.links()[l].T_a_b.translation().norm());
   }
   const registration::AdjustedScan& scan = made.adjustment.scans[node];
-  const double sigma =
-      std::sqrt(LargestVariance(scan.covariance.bottomRightCorner<3, 3>()) +
-                lever * lever * LargestVariance(scan.covariance.topLeftCorner<3, 3>()));
+  const double sigma = std::sqrt(
+      registration::LargestVariance(scan.covariance.bottomRightCorner<3, 3>()) +
+      lever * lever * registration::LargestVariance(scan.covariance.topLeftCorner<3, 3>()));
   return std::hypot(scan.moved, lever * scan.turned) / std::max(matters, kShareOfSigma * sigma);
 }
 
@@ -328,56 +220,7 @@ v1::PoseAdjustment WriteAdjustment(const v1::Scan& scan, const SoundAdjustment& 
 
 }  // namespace
 
-const v1::Pose& UnadjustedPose(const v1::Scan& scan) {
-  return scan.has_adjustment() ? scan.adjustment().unadjusted_pose() : scan.pose();
-}
-
-bool IsChained(const v1::Scan& scan) {
-  return scan.has_pose() &&
-         (scan.pose_source() != v1::POSE_SOURCE_SET || scan.prior().covariance_size() == 36);
-}
-
-ScanChain ReadChain(const SessionState& state, const Eigen::Vector3d& origin) {
-  ScanChain chain;
-  chain.origin = origin;
-  const v1::RegistrationConfig& config = state.session.planning_config().registration();
-  if (config.has_required_accuracy_m()) chain.required_accuracy = config.required_accuracy_m();
-  std::map<std::string, bool> chained;
-  for (const std::string& name : state.scan_order) {
-    const ScanRecord& record = state.scans.at(name);
-    // One whose preview is in the model until the whole scan is merged at the same pose.
-    const bool swaps =
-        record.scan.state() == v1::SCAN_STATE_MERGING && !record.preview_blob.empty();
-    if (!record.in_model || (record.scan.state() != v1::SCAN_STATE_MERGED && !swaps)) continue;
-    if (!IsChained(record.scan)) continue;
-    chain.scans.push_back(record.scan);
-    chained[name] = true;
-  }
-  for (const auto& [ends, link] : state.links) {
-    if (chained.contains(ends.first) && chained.contains(ends.second)) chain.links.push_back(link);
-  }
-  return chain;
-}
-
 double WhatMatters(const ScanChain& chain) { return kShareThatMatters * chain.required_accuracy; }
-
-absl::StatusOr<registration::PoseGraph> GraphOf(
-    const ScanChain& chain, size_t count, const std::vector<Eigen::Isometry3d>& poses,
-    const std::vector<registration::ModelRegistration>& registrations) {
-  std::vector<registration::ScanNode> nodes = NodesOf(chain, count, poses);
-  std::map<std::string, bool> known;
-  for (const registration::ScanNode& node : nodes) known[node.id] = true;
-  std::vector<registration::ScanLink> links;
-  for (const v1::ScanLink& link : chain.links) {
-    if (known.contains(link.first_scan()) && known.contains(link.second_scan())) {
-      links.push_back(ReadLink(link));
-    }
-  }
-  absl::StatusOr<registration::PoseGraph> graph =
-      registration::PoseGraph::Create(std::move(nodes), std::move(links));
-  if (!graph.ok() || registrations.empty()) return graph;
-  return registration::WithModelLinks(*graph, registrations);
-}
 
 v1::Pose CarriedAlong(const v1::Pose& pose, const v1::PoseReference& reference, const v1::Pose& now,
                       const Eigen::Vector3d& origin) {

@@ -423,18 +423,25 @@ absl::Status ScanReconciler::RemoveFromModel(const v1::Scan& scan, parallel::Par
   return logged;
 }
 
+void ScanReconciler::ForEachInModel(
+    const std::string& but, const Eigen::Isometry3d& T_model_scan,
+    absl::FunctionRef<void(const ScanRecord&, double apart)> visit) const {
+  journal_.Read([&](const SessionState& state) {
+    for (const std::string& name : state.scan_order) {
+      const ScanRecord& record = state.scans.at(name);
+      if (!record.in_model || name == but) continue;
+      const Eigen::Isometry3d pose = conversion::ReadOwnPose(record.scan.pose(), context_.origin());
+      visit(record, (pose.translation() - T_model_scan.translation()).norm());
+    }
+  });
+}
+
 std::string ScanReconciler::TwinOf(const v1::Scan& scan, const sensor::Scan& data,
                                    const Eigen::Isometry3d& T_model_scan) const {
   constexpr double kSamePlace = 0.3;  // m: where a copy aligns, and few second scans stand
   std::vector<v1::Scan> candidates;
-  journal_.Read([&](const SessionState& state) {
-    for (const std::string& name : state.scan_order) {
-      const ScanRecord& record = state.scans.at(name);
-      if (!record.in_model || name == scan.name()) continue;
-      const Eigen::Isometry3d pose = conversion::ReadOwnPose(record.scan.pose(), context_.origin());
-      const double apart = (pose.translation() - T_model_scan.translation()).norm();
-      if (apart <= kSamePlace || record.blob == scan.sha256()) candidates.push_back(record.scan);
-    }
+  ForEachInModel(scan.name(), T_model_scan, [&](const ScanRecord& record, double apart) {
+    if (apart <= kSamePlace || record.blob == scan.sha256()) candidates.push_back(record.scan);
   });
   for (const v1::Scan& other : candidates) {
     if (other.sha256() == scan.sha256()) return other.name();
@@ -448,17 +455,11 @@ v1::PoseReference ScanReconciler::NearestTo(const v1::Scan& scan,
                                             const Eigen::Isometry3d& T_model_scan) const {
   v1::PoseReference nearest;
   double least = std::numeric_limits<double>::infinity();
-  journal_.Read([&](const SessionState& state) {
-    for (const std::string& name : state.scan_order) {
-      const ScanRecord& record = state.scans.at(name);
-      if (!record.in_model || name == scan.name()) continue;
-      const Eigen::Isometry3d pose = conversion::ReadOwnPose(record.scan.pose(), context_.origin());
-      const double apart = (pose.translation() - T_model_scan.translation()).norm();
-      if (!(apart < least)) continue;
-      least = apart;
-      nearest.set_scan(name);
-      *nearest.mutable_pose() = record.scan.pose();
-    }
+  ForEachInModel(scan.name(), T_model_scan, [&](const ScanRecord& record, double apart) {
+    if (!(apart < least)) return;
+    least = apart;
+    nearest.set_scan(record.scan.name());
+    *nearest.mutable_pose() = record.scan.pose();
   });
   return nearest;
 }

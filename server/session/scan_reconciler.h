@@ -59,6 +59,10 @@ class ScanReconciler {
   void Merge(const v1::Scan& scan, const sensor::Scan& data,
              MemoryAccount::Reservation& reservation, parallel::Parallel& parallel);
   absl::Status RemoveFromModel(const v1::Scan& scan, parallel::Parallel& parallel);
+  // Visits the scans in the model but for one, in the order of their creation; `apart` is how far
+  // each stands from a pose, m.
+  void ForEachInModel(const std::string& but, const Eigen::Isometry3d& T_model_scan,
+                      absl::FunctionRef<void(const ScanRecord&, double apart)> visit) const;
   // The scan in the model that holds the same samples, by name; empty: there is none.
   std::string TwinOf(const v1::Scan& scan, const sensor::Scan& data,
                      const Eigen::Isometry3d& T_model_scan) const;

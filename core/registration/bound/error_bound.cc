@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "absl/container/flat_hash_map.h"
+#include "core/registration/align/largest_variance.h"
 
 namespace vantage::registration {
 namespace {
@@ -273,9 +274,7 @@ ErrorBound OverlapGeometry::Bound(const sensor::Matrix6d& known) const {
   double lambda_max = 0;
   for (const auto& g : corners) {
     const Eigen::Matrix3d c = g * result.covariance * g.transpose();
-    lambda_max = std::max(
-        lambda_max,
-        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(c, Eigen::EigenvaluesOnly).eigenvalues()[2]);
+    lambda_max = std::max(lambda_max, LargestVariance(c));
   }
   result.rigorous = std::sqrt(kChiSquare6At95 * lambda_max);
 

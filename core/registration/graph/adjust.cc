@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/registration/align/largest_variance.h"
 #include "core/registration/graph/chi_square.h"
 #include "core/registration/graph/graph_normals.h"
 #include "core/registration/graph/residuals.h"
@@ -56,13 +57,6 @@ void TestUnused(const ResidualVector& value, const Eigen::MatrixXd& predicted, L
   const sensor::Matrix6d covariance = sensor::Matrix6d::Identity() + predicted;
   fit.test = value.dot(covariance.ldlt().solve(value));
   fit.test_degrees = fit.degrees;
-}
-
-double WorstSigma(const sensor::Matrix6d& covariance) {
-  const Eigen::Matrix3d position = covariance.bottomRightCorner<3, 3>();
-  return std::sqrt(
-      std::max(0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(position, Eigen::EigenvaluesOnly)
-                        .eigenvalues()[2]));
 }
 
 // The error that all links of a scan between surfaces share, since its own measurements are in each
@@ -162,7 +156,7 @@ void Judge(const PoseGraph& graph, const SolvedGraph& solved, Adjustment& adjust
   AddOwnErrors(graph, solved, own);
   for (size_t i = 0; i < nodes; ++i) {
     adjustment.scans[i].covariance = solved.variance_factor * own[i];
-    adjustment.scans[i].position_sigma = WorstSigma(adjustment.scans[i].covariance);
+    adjustment.scans[i].position_sigma = LargestPositionSigma(adjustment.scans[i].covariance);
   }
 }
 

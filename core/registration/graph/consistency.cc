@@ -1,7 +1,6 @@
 #include "core/registration/graph/consistency.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,6 +12,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "core/registration/align/largest_variance.h"
 #include "core/registration/graph/chi_square.h"
 #include "core/registration/graph/max_clique.h"
 #include "core/registration/graph/solved_graph.h"
@@ -37,12 +37,6 @@ constexpr double kLooseShift = 100;
 constexpr double kVagueRotation = 1;
 
 using Pair = std::pair<size_t, size_t>;
-
-double LargestSigma(const sensor::Matrix6d& covariance) {
-  const Eigen::Matrix3d position = covariance.bottomRightCorner<3, 3>();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(position, Eigen::EigenvaluesOnly);
-  return std::sqrt(std::max(0.0, solver.eigenvalues()[2]));
-}
 
 // Twists [w; v] move a point x by w x x + v; of a pose's change about p, v = t - w x p.
 sensor::Matrix6d TwistOfChange(const Eigen::Vector3d& p) {
@@ -170,7 +164,7 @@ class DoubtfulLinks {
     doubt.refuted =
         doubt.degrees > 0 && doubt.chain_chi2 > ChiSquareQuantile(doubt.degrees, kNormal999);
     term.w.setIdentity();
-    doubt.chain_sigma = LargestSigma(predicted(ResidualOf(term, solved_.poses)));
+    doubt.chain_sigma = LargestPositionSigma(predicted(ResidualOf(term, solved_.poses)));
   }
 
   static sensor::Matrix6d TwistCovariance(const Doubt& doubt) {
@@ -232,7 +226,7 @@ class DoubtfulLinks {
     const sensor::Matrix6d unit = scale.asDiagonal() * covariance * scale.asDiagonal();
     const sensor::Vector6d scaled = scale.cwiseProduct(off);
     loop.chi2 = scaled.dot(unit.ldlt().solve(scaled));
-    loop.sigma = LargestSigma(covariance);
+    loop.sigma = LargestPositionSigma(covariance);
     return loop;
   }
 

@@ -1,7 +1,6 @@
 #include "core/registration/graph/model_link.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <cstddef>
 #include <functional>
@@ -11,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/registration/align/largest_variance.h"
+
 namespace vantage::registration {
 namespace {
 
@@ -18,11 +19,6 @@ using sensor::Matrix6d;
 
 // Of what a scan's links say, and its registration to the model, that counts.
 constexpr double kShareOfEach = 0.5;
-
-double LargestVariance(const Eigen::Matrix3d& covariance) {
-  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance, Eigen::EigenvaluesOnly)
-      .eigenvalues()[2];
-}
 
 // Of a tie between two scans, in its worst direction.
 struct Looseness {

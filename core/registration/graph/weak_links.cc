@@ -1,7 +1,6 @@
 #include "core/registration/graph/weak_links.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -9,6 +8,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_format.h"
+#include "core/registration/align/largest_variance.h"
 #include "core/registration/graph/solved_graph.h"
 
 namespace vantage::registration {
@@ -18,12 +18,6 @@ namespace {
 constexpr size_t kWorkedOut = 40;
 // Of the worst sigma: what lowers it by less is no advice.
 constexpr double kWorthwhile = 0.1;
-
-double PositionSigma(const sensor::Matrix6d& covariance) {
-  const Eigen::Matrix3d position = covariance.bottomRightCorner<3, 3>();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(position, Eigen::EigenvaluesOnly);
-  return std::sqrt(std::max(0.0, solver.eigenvalues()[2]));
-}
 
 // Of a link's error, from the covariances of its ends, without weights: in a's frame.
 struct Relative {
@@ -169,7 +163,7 @@ std::vector<WeakLink> Weakest(const PoseGraph& graph, const SolvedGraph& solved,
     const size_t beyond = bridges.beyond()[k];
     found.bridge = beyond > 0;
     if (found.bridge) found.hangs_on = std::min(beyond, in_component[component[link.a]] - beyond);
-    found.relative_sigma = PositionSigma(
+    found.relative_sigma = LargestPositionSigma(
         solved.variance_factor *
         RelativeCovariance(RelativeOf(link.a, link.b, solved.poses), covariances.own[link.a],
                            covariances.between[found.link], covariances.own[link.b]));
@@ -210,7 +204,7 @@ std::vector<TieAdvice> PossibleTies(const PoseGraph& graph, const SolvedGraph& s
       tie.a = a;
       tie.b = b;
       tie.distance = distance;
-      tie.worst_after = PositionSigma(
+      tie.worst_after = LargestPositionSigma(
           CovarianceWith(RelativeOf(a, b, solved.poses), blocks, noise, covariances.own[scan]));
       ties.push_back(tie);
     }
@@ -239,7 +233,8 @@ absl::StatusOr<WeakLinks> FindWeakLinks(const PoseGraph& graph, const Adjustment
   const PoseCovariances covariances = CovariancesOf(graph, normals);
   result.links = Weakest(graph, *solved, covariances);
   for (size_t i = 0; i < nodes; ++i) {
-    const double sigma = std::sqrt(solved->variance_factor) * PositionSigma(covariances.own[i]);
+    const double sigma =
+        std::sqrt(solved->variance_factor) * LargestPositionSigma(covariances.own[i]);
     if (sigma > result.worst_sigma) {
       result.worst_sigma = sigma;
       result.worst_scan = i;
@@ -261,8 +256,8 @@ absl::StatusOr<WeakLinks> FindWeakLinks(const PoseGraph& graph, const Adjustment
     for (size_t i = 0; i < nodes; ++i) {
       const TieBlocks blocks{covariances.own[tie.a], of_b[tie.a], covariances.own[tie.b], of_a[i],
                              of_b[i]};
-      worst = std::max(worst,
-                       PositionSigma(CovarianceWith(relative, blocks, noise, covariances.own[i])));
+      worst = std::max(
+          worst, LargestPositionSigma(CovarianceWith(relative, blocks, noise, covariances.own[i])));
     }
     tie.worst_before = result.worst_sigma;
     tie.worst_after = std::sqrt(solved->variance_factor) * worst;

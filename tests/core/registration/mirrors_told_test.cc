@@ -19,6 +19,7 @@
 #include "core/simulation/scenes/scene.h"
 #include "core/simulation/simulated_scanner.h"
 #include "tests/core/registration/box_scene.h"
+#include "tests/core/registration/flat_scans.h"
 #include "tests/support/runs.h"
 
 namespace vantage::registration {
@@ -69,27 +70,15 @@ TEST_F(MirrorsToldTest, AScanFromBeforeAMirrorIsRegistered) {
 // hangs askew: within two centimetres of the wall as it goes on in the next room. No return
 // contradicts.
 TEST(MirrorHungAskew, MovesNoScan) {
-  parallel::Serial serial;
-  const simulation::Scene flat = simulation::FurnishedFlat(201);
-  const simulation::SimulatedScanner simulated(flat.mesh);
-  const sensor::ScannerModel scanner = sensor::FindPreset("leica-rtc360")->model;
-  const auto scan_at = [&](const Eigen::Isometry3d& pose, uint64_t seed) {
-    return sensor::Scan{
-        simulated.Scan(scanner, pose, {}, seed, serial, sensor::Radians(0.3)), scanner, {}};
-  };
-  auto model = *model::PartialModel::Create({});
-  const Eigen::Isometry3d stations[] = {PoseAt({9.65, 0.65, 1.2}, 0.7),
-                                        PoseAt({6.57, 3.22, 1.45}, 2.9)};
-  for (const Eigen::Isometry3d& pose : stations) {
-    ASSERT_TRUE(
-        model->Insert(absl::StrCat(model->scans().size()), scan_at(pose, 1), pose, serial).ok());
-  }
+  FlatScans flat(201);
+  flat.Insert(PoseAt({9.65, 0.65, 1.2}, 0.7));
+  flat.Insert(PoseAt({6.57, 3.22, 1.45}, 2.9));
   std::mt19937_64 random(1);
   for (int t = 0; t < test_support::Runs(4); ++t) {
     const Eigen::Isometry3d truth = PoseAt({4.35 + 0.05 * t, 1.69, 1.25}, 0.9 * t);
     sensor::PosePrior prior;
     prior.T_world_scan = Disturbed(truth, 0.1, sensor::Radians(3), random);
-    const auto result = Register(*model->Publish(), scan_at(truth, 10 + t), prior, {}, serial);
+    const auto result = flat.RegisterAt(truth, prior, 10 + t);
     ASSERT_TRUE(result.ok());
     EXPECT_TRUE(result->verdict.registered()) << result->verdict.reason;
     EXPECT_LT((result->T_world_scan.translation() - truth.translation()).norm(), 0.001);
