@@ -7,6 +7,7 @@
 
 #include "server/contract/error.h"
 #include "server/conversion/from_proto.h"
+#include "server/conversion/to_proto.h"
 
 namespace vantage::session {
 namespace {
