@@ -231,6 +231,16 @@ std::string AdjustmentLines(const v1::Scan& scan) {
   return out + "\n";
 }
 
+// 'came since scan 3: 0.9 x 0.1 x 2.0 m around (1.20, 0.40, 1.10)'
+std::string ChangeWords(const v1::SiteChange& change) {
+  const v1::Box& box = change.box();
+  return absl::StrFormat("%s since %s: %.1f x %.1f x %.1f m around (%.2f, %.2f, %.2f)",
+                         change.kind() == v1::SITE_CHANGE_KIND_CAME ? "came" : "gone",
+                         client::IdOf(change.since()), box.max().x() - box.min().x(),
+                         box.max().y() - box.min().y(), box.max().z() - box.min().z(),
+                         change.centre().x(), change.centre().y(), change.centre().z());
+}
+
 }  // namespace
 
 std::string ScanReport(const v1::Scan& scan) {
@@ -299,6 +309,9 @@ std::string ScanReport(const v1::Scan& scan) {
                               client::IdOf(promise.plan()));
       }
       absl::StrAppend(&out, "\n");
+    }
+    for (const v1::SiteChange& change : scan.merge().changes()) {
+      absl::StrAppend(&out, "  changed   ", ChangeWords(change), "\n");
     }
     if (scan.merge().beyond_range_count() > 0) {
       absl::StrAppendFormat(&out, "  cut       %d returns beyond the scanner's range\n",
@@ -514,6 +527,13 @@ std::string PlanReport(const v1::Plan& plan) {
   if (r.views_size() > 0) {
     out += absl::StrFormat("next position %s%s\n", Text(r.views(0).position()), Facing(r.views(0)));
     out += ViewReport(r.views(0));
+    for (const v1::OpenDoor& door : r.views(0).open_doors()) {
+      absl::StrAppendFormat(&out,
+                            "leave open the door of %.2f m at (%.2f, %.2f): %.0f %% of what this "
+                            "view registers by is seen through it\n",
+                            door.width_m(), door.centre().x(), door.centre().y(),
+                            100 * door.overlap_share());
+    }
   }
   if (r.has_joint()) out += JointReport(r);
   for (const v1::RankedView& view : r.refused()) {

@@ -48,10 +48,17 @@ std::string Words(const v1::SessionEvent& event) {
       return ScanWords(event.scan_accepted().scan(), "accepted by a person");
     case v1::SessionEvent::kScanPoseSet:
       return ScanWords(event.scan_pose_set().scan(), "given a pose by a person");
-    case v1::SessionEvent::kScanMerged:
-      return absl::StrFormat("%s; model version %d",
-                             ScanWords(event.scan_merged().scan(), "merged"),
-                             event.scan_merged().scan().merge().model_version());
+    case v1::SessionEvent::kScanMerged: {
+      const v1::MergeReport& merge = event.scan_merged().scan().merge();
+      std::string words =
+          absl::StrFormat("%s; model version %d", ScanWords(event.scan_merged().scan(), "merged"),
+                          merge.model_version());
+      if (merge.changes_size() > 0) {
+        absl::StrAppendFormat(&words, "; %d places changed since, the largest of %.1f m\u00b2",
+                              merge.changes_size(), merge.changes(0).area_m2());
+      }
+      return words;
+    }
     case v1::SessionEvent::kScanWithdrawn:
       return ScanWords(event.scan_withdrawn().scan(), "withdrawn");
     case v1::SessionEvent::kPlanCreated:

@@ -15,6 +15,7 @@
 #include "core/model/merge/model_octree.h"
 #include "core/model/merge/reflection_mask.h"
 #include "core/model/merge/shared_reflections.h"
+#include "core/model/merge/site_changes.h"
 #include "core/model/snapshot/snapshot.h"
 #include "core/model/view/algorithm_version.h"
 #include "core/model/view/brick_key.h"
@@ -186,7 +187,9 @@ absl::StatusOr<MergeReport> PartialModel::Insert(absl::string_view id, const sen
   state.layers.emplace(id, std::move(layer));
   state.order.emplace_back(id);
   state.shared_reflections.Add(std::string(id), state.layers, parallel);
+  const std::shared_ptr<const PlanningView> before = state.view;
   state.Merge(touched, LayerChange::kAdded, parallel, report);
+  report.changes = FindSiteChanges(*before, std::string(id), state.layers, state.order);
   report.merge_seconds = SecondsSince(merge_start);
   return report;
 }

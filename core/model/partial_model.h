@@ -16,6 +16,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "core/model/merge/site_changes.h"
 #include "core/model/view/model_config.h"
 #include "core/model/view/planning_view.h"
 #include "core/parallel/parallel.h"
@@ -25,18 +26,19 @@ namespace vantage::model {
 
 // What merging a scan did.
 struct MergeReport {
-  uint64_t version = 0;          // of the model afterwards
-  size_t samples = 0;            // that took part
-  size_t beyond_range = 0;       // returns that were cut: farther than the scanner's range,
-  size_t beyond_site = 0;        // or outside the site's limit; 0 after Withdraw()
-  size_t sky_rays = 0;           // rays that went into the open sky; 0 after Withdraw()
-  size_t empty_voxels = 0;       // of this scan
-  size_t surface_voxels = 0;     // of this scan
-  size_t recomputed_bricks = 0;  // of the model: all that the scan can have an influence on
-  size_t changed_bricks = 0;     // those that are not what they were, to the bit
-  size_t copied_pages = 0;       // pages of the planning view with any of them
-  double carve_seconds = 0;      // range image to per-scan voxels
-  double merge_seconds = 0;      // into the model, frontier and attributes included
+  uint64_t version = 0;             // of the model afterwards
+  size_t samples = 0;               // that took part
+  size_t beyond_range = 0;          // returns that were cut: farther than the scanner's range,
+  size_t beyond_site = 0;           // or outside the site's limit; 0 after Withdraw()
+  size_t sky_rays = 0;              // rays that went into the open sky; 0 after Withdraw()
+  size_t empty_voxels = 0;          // of this scan
+  size_t surface_voxels = 0;        // of this scan
+  size_t recomputed_bricks = 0;     // of the model: all that the scan can have an influence on
+  size_t changed_bricks = 0;        // those that are not what they were, to the bit
+  size_t copied_pages = 0;          // pages of the planning view with any of them
+  double carve_seconds = 0;         // range image to per-scan voxels
+  double merge_seconds = 0;         // into the model, frontier and attributes included
+  std::vector<SiteChange> changes;  // since the scans before; none after Withdraw() and Move()
 };
 
 // A scan of the model and where it belongs.

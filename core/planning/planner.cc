@@ -18,6 +18,7 @@
 #include "core/planning/ranking/instrument_limit.h"
 #include "core/planning/ranking/interim_plans.h"
 #include "core/planning/ranking/narrow_ways.h"
+#include "core/planning/ranking/open_doors.h"
 #include "core/planning/ranking/optimality_gap.h"
 #include "core/planning/ranking/rank_views.h"
 #include "core/planning/ranking/registration_check.h"
@@ -209,6 +210,7 @@ Plan MakePlan(const PlanningProblem& problem, const parallel::Budget& budget,
   plan.termination = Terminate(problem, report, evaluation, budget, parallel, plan);
   NoteNarrowWays(problem, budget, parallel, plan);
   plan.rays += AdviseTargets(problem, budget.Concluding(), plan);
+  plan.rays += NoteOpenDoors(problem, budget.Concluding(), plan);
   Conclude(OutcomeOf(check, evaluation, !ranked.empty(), plan, config, budget), plan);
   clock.Book(PlanStage::kRankViews);
   return plan;

@@ -269,7 +269,7 @@ v1::Levelling WriteLevelling(const registration::Levelling& levelling,
   return out;
 }
 
-v1::MergeReport WriteMergeReport(const model::MergeReport& report) {
+v1::MergeReport WriteMergeReport(const model::MergeReport& report, const Eigen::Vector3d& origin) {
   v1::MergeReport out;
   out.set_model_version(report.version);
   out.set_sample_count(static_cast<int64_t>(report.samples));
@@ -281,6 +281,16 @@ v1::MergeReport WriteMergeReport(const model::MergeReport& report) {
   out.set_changed_brick_count(static_cast<int64_t>(report.changed_bricks));
   *out.mutable_carve_duration() = WriteDuration(report.carve_seconds);
   *out.mutable_merge_duration() = WriteDuration(report.merge_seconds);
+  for (const model::SiteChange& change : report.changes) {
+    v1::SiteChange& to = *out.add_changes();
+    to.set_kind(change.kind == model::SiteChange::Kind::kCame ? v1::SITE_CHANGE_KIND_CAME
+                                                              : v1::SITE_CHANGE_KIND_GONE);
+    to.set_since(change.since);
+    *to.mutable_centre() = WriteVector(change.centre + origin);
+    *to.mutable_box()->mutable_min() = WriteVector(change.box.min() + origin);
+    *to.mutable_box()->mutable_max() = WriteVector(change.box.max() + origin);
+    to.set_area_m2(change.area);
+  }
   return out;
 }
 
@@ -465,6 +475,12 @@ v1::RankedView WriteView(const planning::RankedView& view, std::span<const plann
   *out.mutable_verdict() = WriteVerdict(view.verdict);
   if (view.targets.has_value()) {
     *out.mutable_target_advice() = WriteTargetAdvice(*view.targets, origin);
+  }
+  for (const planning::OpenDoor& door : view.doors) {
+    v1::OpenDoor& written = *out.add_open_doors();
+    *written.mutable_centre() = WriteVector(door.centre + origin);
+    written.set_width_m(door.width);
+    written.set_overlap_share(door.overlap_share);
   }
   return out;
 }

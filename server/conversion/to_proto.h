@@ -56,7 +56,8 @@ v1::Registration WriteRegistration(const registration::RegistrationResult& resul
 registration::PairResiduals ReadOwnResiduals(const v1::Registration& registration);
 v1::Levelling WriteLevelling(const registration::Levelling& levelling,
                              const Eigen::Vector3d& origin);
-v1::MergeReport WriteMergeReport(const model::MergeReport& report);
+// SiteChange::since has to be the name of a scan.
+v1::MergeReport WriteMergeReport(const model::MergeReport& report, const Eigen::Vector3d& origin);
 v1::Coverage WriteCoverage(const planning::Coverage& coverage, double required_density,
                            const Eigen::Vector3d& origin);
 v1::Storey WriteStorey(const planning::Storey& storey, const Eigen::Vector3d& origin);

@@ -67,6 +67,9 @@ std::string KeyOf(const v1::Scan& scan) {
   return absl::StrCat(scan.name(), "@", absl::BytesToHexString(scan.sha256()));
 }
 
+// The name of the scan that a key is of.
+std::string NameOf(absl::string_view key) { return std::string(key.substr(0, key.find('@'))); }
+
 // True when `key` is that of a scan's samples before they were replaced by those that it has.
 bool IsPreviewOf(absl::string_view key, const v1::Scan& scan) {
   if (key == KeyOf(scan)) return false;
@@ -289,10 +292,16 @@ absl::StatusOr<model::MergeReport> ModelMemory::Insert(const v1::Scan& scan,
                                                        parallel::Parallel& parallel,
                                                        int64_t memory_limit) {
   const std::string preview = PreviewKeyOf(scan);
-  if (preview.empty()) {
-    return model_->Insert(KeyOf(scan), data, T_model_scan, parallel, memory_limit);
-  }
-  return model_->Replace(preview, KeyOf(scan), data, T_model_scan, parallel, memory_limit);
+  absl::StatusOr<model::MergeReport> report =
+      preview.empty()
+          ? model_->Insert(KeyOf(scan), data, T_model_scan, parallel, memory_limit)
+          : model_->Replace(preview, KeyOf(scan), data, T_model_scan, parallel, memory_limit);
+  if (!report.ok()) return report;
+  for (model::SiteChange& change : report->changes) change.since = NameOf(change.since);
+  // Its preview shows the same site.
+  std::erase_if(report->changes,
+                [&](const model::SiteChange& change) { return change.since == scan.name(); });
+  return report;
 }
 
 absl::StatusOr<model::MergeReport> ModelMemory::Withdraw(const v1::Scan& scan,

@@ -339,14 +339,16 @@ void ScanReconciler::Merge(const v1::Scan& scan, const sensor::Scan& data,
       [&](const SessionState& state, v1::Scan& next, Draft& draft) {
         next_model.version = state.model_version + 1;
         next.set_state(v1::SCAN_STATE_MERGED);
-        *next.mutable_merge() = conversion::WriteMergeReport(*report);
+        *next.mutable_merge() = conversion::WriteMergeReport(*report, context_.origin());
         next.mutable_merge()->set_model_version(next_model.version);
         if (dependencies_.algorithms.link_scans) {
           next.mutable_merge()->set_link_count(static_cast<int32_t>(links.size()));
         }
         if (swaps && scan.has_merge()) {
-          // What it was made for was obtained, and promised, before its preview came.
+          // What it was made for was obtained, and promised, before its preview came, which also
+          // showed what was moved.
           const v1::MergeReport& first = scan.merge();
+          *next.mutable_merge()->mutable_changes() = first.changes();
           if (first.has_obtained_gain_m2()) {
             next.mutable_merge()->set_obtained_gain_m2(first.obtained_gain_m2());
           }

@@ -1,23 +1,11 @@
 #include "core/model/merge/unite.h"
 
 #include "core/model/merge/brick_neighbourhood.h"
+#include "core/model/merge/empty_around.h"
 
 namespace vantage::model {
 
 namespace {
-
-bool EmptyAllAround(const BrickNeighbourhood<LayerBrick>& around, int local) {
-  const int x = local & 7, y = local >> 3 & 7, z = local >> 6;
-  for (int dz = -1; dz <= 1; ++dz) {
-    for (int dy = -1; dy <= 1; ++dy) {
-      for (int dx = -1; dx <= 1; ++dx) {
-        const auto [brick, at] = around.At(x + dx, y + dy, z + dz);
-        if (brick == nullptr || !brick->empty.Has(at)) return false;
-      }
-    }
-  }
-  return true;
-}
 
 // The surface voxels of `united` that scans have seen through.
 BrickMask SeenThrough(const VoxelIndex& brick, const BrickMask& surface,

@@ -10,6 +10,7 @@
 
 #include "core/model/view/voxel.h"
 #include "core/planning/plan/expected_station.h"
+#include "core/planning/plan/open_door.h"
 #include "core/planning/plan/planning_config.h"
 #include "core/planning/plan/storey.h"
 #include "core/planning/plan/target_advice.h"
@@ -88,6 +89,9 @@ struct RankedView {
   registration::RegistrationVerdict verdict;
   // Of a view that was refused: targets with which it would register, where some were found.
   std::optional<TargetAdvice> targets;
+  // Doors that have to stay open until the scan from here is made, else it does not register.
+  // Looked for of the first views of a plan.
+  std::vector<OpenDoor> doors;
   // The scanner's setting that the view is planned with and the time of a scan with it, minutes;
   // empty and absent where the plan does not choose the setting.
   std::string setting;

@@ -4,6 +4,7 @@
 #ifndef VANTAGE_CORE_REGISTRATION_ALIGN_INSTRUMENT_RESIDUALS_H_
 #define VANTAGE_CORE_REGISTRATION_ALIGN_INSTRUMENT_RESIDUALS_H_
 
+#include <Eigen/Core>
 #include <array>
 #include <cstddef>
 #include <optional>
@@ -28,7 +29,8 @@ size_t ResidualClass(double range, double cos_incidence);
 struct ClassResiduals {
   double blocks = 0;    // pieces of surface with enough samples
   double shared = 0;    // m^2, over the blocks: the mean residual squared, less what the scatter
-                        // of its samples makes of it; may be negative
+                        // of its samples makes of it, times what blocks share with those around;
+                        // may be negative
   double freedom = 0;   // degrees of freedom of the scatter
   double scatter = 0;   // m^2, squares of the residuals about their block's mean
   double expected = 0;  // m^2, what the data sheet explains of `scatter`
@@ -40,15 +42,16 @@ using PairResiduals = std::array<ClassResiduals, kResidualClasses>;
 
 // A residual of an aligned scan.
 struct ClassedResidual {
-  size_t block = 0;  // numbered from 0
-  double range = 0;  // m, from the scanner
+  Eigen::Vector3d position;  // m, in the frame of the site
+  Eigen::Vector3d normal;    // unit, of the surface, in the same frame
+  double range = 0;          // m, from the scanner
   double cos_incidence = 1;
   double residual = 0;  // m, along the normal
   double expected = 0;  // m^2, its variance by the data sheet
 };
 // Sums of residuals, in the order in which they come. A block belongs to the class of its samples'
-// mean range and incidence.
-PairResiduals SumResiduals(std::span<const ClassedResidual> residuals);
+// mean range and incidence. `correlation_length`: side of a block, m.
+PairResiduals SumResiduals(std::span<const ClassedResidual> residuals, double correlation_length);
 
 // What the instrument adds to its data sheet, as variances, m^2, by class.
 struct InstrumentExcess {

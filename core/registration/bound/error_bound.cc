@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "absl/container/flat_hash_map.h"
+#include "core/registration/align/correlation_block.h"
 #include "core/registration/align/largest_variance.h"
 
 namespace vantage::registration {
@@ -35,22 +36,6 @@ Eigen::Matrix3d Cross(const Eigen::Vector3d& v) {
   m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
   return m;
 }
-
-}  // namespace
-
-uint64_t CorrelationBlock(const Eigen::Vector3d& position, const Eigen::Vector3d& normal,
-                          double correlation_length) {
-  const auto cell = [correlation_length](double v) {
-    return static_cast<uint64_t>(static_cast<int64_t>(std::floor(v / correlation_length)) &
-                                 0xfffff);
-  };
-  int axis = 0;
-  normal.cwiseAbs().maxCoeff(&axis);
-  const auto side = static_cast<uint64_t>(2 * axis + (normal[axis] < 0 ? 1 : 0));
-  return (cell(position.x()) << 43) | (cell(position.y()) << 23) | (cell(position.z()) << 3) | side;
-}
-
-namespace {
 
 // One standard deviation of the information along each column of `directions`, from constraints
 // that stand for others: a sum over one in w terms, each counted w times, has the variance of its
@@ -89,6 +74,42 @@ Eigen::Matrix<double, 6, Eigen::Dynamic> Straighten(
     if (basis.col(k).tail<3>().norm() < kTrace) basis.col(k).tail<3>().setZero();
   }
   return orthonormal(basis);
+}
+
+// What residuals add up to, by block, as a covariance: each by itself, and with those around it, as
+// errors are shared across the borders of blocks, too. The alignment has taken six modes out of
+// them, each of which spans many blocks: what is left is raised by that, and lowered by one sigma
+// of what chance makes of it. Where more than half would be made up for, as in a single small room,
+// blocks count by themselves only.
+std::vector<sensor::Matrix6d> ObservedCovariances(
+    std::span<const sensor::Vector6d> by_block,
+    const absl::flat_hash_map<uint64_t, size_t>& block_of) {
+  sensor::Matrix6d alone = sensor::Matrix6d::Zero();
+  for (const sensor::Vector6d& block : by_block) {
+    alone.selfadjointView<Eigen::Lower>().rankUpdate(block);
+  }
+  if (alone.isZero(0)) return {};  // nothing was observed yet
+  std::vector<uint64_t> keys(by_block.size());
+  for (const auto& [key, block] : block_of) keys[block] = key;
+  sensor::Matrix6d together = sensor::Matrix6d::Zero();
+  double around = 0;
+  for (size_t i = 0; i < by_block.size(); ++i) {
+    sensor::Vector6d sum = sensor::Vector6d::Zero();
+    for (const BlockBeside& beside : BlocksAround(keys[i])) {
+      const auto it = block_of.find(beside.block);
+      if (it == block_of.end()) continue;
+      sum += beside.weight * by_block[it->second];
+      around += beside.weight;
+    }
+    together += by_block[i] * sum.transpose();
+  }
+  std::vector<sensor::Matrix6d> observed = {alone.selfadjointView<Eigen::Lower>()};
+  const auto count = static_cast<double>(by_block.size());
+  const double left = count - 6 * around / count;
+  if (!(left > 0.5 * count)) return observed;
+  const double chance = std::sqrt(2 * around) / count;
+  observed.emplace_back((1 - chance) * count / left * 0.5 * (together + together.transpose()));
+  return observed;
 }
 
 }  // namespace
@@ -197,23 +218,24 @@ OverlapGeometry::OverlapGeometry(std::span<const Constraint> constraints, double
     information_ = (drop * information_ * drop.transpose()).eval();
     project = (drop * project).eval();
   }
-  sensor::Matrix6d observed = sensor::Matrix6d::Zero();
+  std::vector<sensor::Vector6d> shown_by_block;
+  shown_by_block.reserve(blocks.size());
   for (const Block& block : blocks) {
     correlated_.selfadjointView<Eigen::Lower>().rankUpdate(
         sensor::Vector6d(project * block.expected), shared_unit);
-    observed.selfadjointView<Eigen::Lower>().rankUpdate(sensor::Vector6d(project * block.observed));
+    shown_by_block.push_back(project * block.observed);
   }
   correlated_ = sensor::Matrix6d(correlated_.selfadjointView<Eigen::Lower>());
-  observed = sensor::Matrix6d(observed.selfadjointView<Eigen::Lower>());
-  // The residuals as they add up within blocks (cluster-robust covariance) hold independent and
-  // shared errors as they are. Where they show more than both are configured to, that replaces
-  // both.
-  sensor::Matrix6d configured = information_ + correlated_;
-  configured.diagonal() += 1e-9 * m0 * ridge;
-  const Eigen::GeneralizedSelfAdjointEigenSolver<sensor::Matrix6d> shown(observed, configured);
-  const sensor::Matrix6d back = shown.eigenvectors().transpose() * configured;
-  const sensor::Vector6d excess = (shown.eigenvalues().array() - 1.0).max(0.0);
-  correlated_ += back.transpose() * excess.asDiagonal() * back;
+  // The residuals as they add up (cluster-robust covariance) hold independent and shared errors as
+  // they are. Where they show more than both are configured to, that replaces both.
+  for (const sensor::Matrix6d& observed : ObservedCovariances(shown_by_block, block_of)) {
+    sensor::Matrix6d configured = information_ + correlated_;
+    configured.diagonal() += 1e-9 * m0 * ridge;
+    const Eigen::GeneralizedSelfAdjointEigenSolver<sensor::Matrix6d> shown(observed, configured);
+    const sensor::Matrix6d back = shown.eigenvectors().transpose() * configured;
+    const sensor::Vector6d excess = (shown.eigenvalues().array() - 1.0).max(0.0);
+    correlated_ += back.transpose() * excess.asDiagonal() * back;
+  }
 }
 
 Eigen::Matrix<double, 3, 6> OverlapGeometry::Displacement(const Eigen::Vector3d& point) const {

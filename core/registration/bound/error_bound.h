@@ -6,7 +6,6 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <cstdint>
 #include <span>
 #include <string>
 
@@ -84,11 +83,6 @@ class OverlapGeometry {
   int draws_;
   unsigned seed_;
 };
-
-// The block of correlated residuals that a constraint belongs to: a cell of one correlation length
-// and similar normals.
-uint64_t CorrelationBlock(const Eigen::Vector3d& position, const Eigen::Vector3d& normal,
-                          double correlation_length);
 
 // Information of an inclinometer: rotation about the two horizontal axes known to `sigma` rad.
 sensor::Matrix6d LevelInformation(double sigma);

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "absl/container/flat_hash_map.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/registration/align/align_stages.h"
@@ -16,6 +15,7 @@
 #include "core/registration/align/space_agreement.h"
 #include "core/registration/bound/judge.h"
 #include "core/registration/bound/moved_things.h"
+#include "core/registration/bound/prior_consistency.h"
 #include "core/registration/bound/rivals.h"
 
 namespace vantage::registration {
@@ -100,17 +100,15 @@ Ray RayTo(const Constraint& c, const Eigen::Vector3d& scanner) {
 // What the residuals tell of the instrument that measured them.
 PairResiduals ShownOf(std::span<const Constraint> constraints, const Eigen::Vector3d& position,
                       const sensor::ScannerModel& scanner, const RegistrationConfig& config) {
-  absl::flat_hash_map<uint64_t, size_t> block_of;
   std::vector<ClassedResidual> residuals;
   residuals.reserve(constraints.size());
   for (const Constraint& c : constraints) {
     const Ray ray = RayTo(c, position);
     const double along = scanner.RangeSigma(ray.range) * ray.cos_incidence;
-    const uint64_t key = CorrelationBlock(c.position, c.normal, config.correlation_length);
-    residuals.push_back({block_of.try_emplace(key, block_of.size()).first->second, ray.range,
-                         ray.cos_incidence, c.residual, along * along});
+    residuals.push_back(
+        {c.position, c.normal, ray.range, ray.cos_incidence, c.residual, along * along});
   }
-  return SumResiduals(residuals);
+  return SumResiduals(residuals, config.correlation_length);
 }
 
 // The bound that the same overlap would have if residuals were as the data sheet says, m.
@@ -127,8 +125,8 @@ double BoundBySheet(const Residuals& residuals, const PoseKnowledge& known,
       .bound;
 }
 
-PoseKnowledge Known(const OverlapGeometry& geometry, const sensor::PosePrior& prior,
-                    std::span<const TargetTie> targets) {
+PoseKnowledge Known(const OverlapGeometry& geometry, const Eigen::Isometry3d& T_world_scan,
+                    const sensor::PosePrior& prior, std::span<const TargetTie> targets) {
   PoseKnowledge known;
   const Eigen::Vector3d position = prior.T_world_scan.translation();
   const bool has_covariance = prior.covariance.has_value();
@@ -143,7 +141,8 @@ PoseKnowledge Known(const OverlapGeometry& geometry, const sensor::PosePrior& pr
     known.evidence.push_back({RegistrationBasis::kTrustedPose,
                               geometry.FromPoseCovariance(*prior.covariance, position)});
   } else if (has_covariance) {
-    known.guessed = geometry.FromPoseCovariance(*prior.covariance, position);
+    known.guessed = geometry.FromPoseCovariance(*prior.covariance, position) /
+                    PriorVarianceFactor(geometry, T_world_scan, prior);
   }
   return known;
 }
@@ -218,7 +217,7 @@ Qualification Qualify(const model::PlanningView& model, const ScanSurface& surfa
     }
   }
   const OverlapGeometry geometry(residuals.constraints, residuals.normal_sigma, config);
-  const PoseKnowledge known = Known(geometry, prior, targets);
+  const PoseKnowledge known = Known(geometry, alignment.T_world_scan, prior, targets);
   result.centroid = geometry.centroid();
   if (geometry.constrained_directions() < 6) {
     NormalEquations step;
@@ -307,6 +306,8 @@ Qualification Qualify(const model::PlanningView& model, const ScanSurface& surfa
   if (firm_by_sheet && enough && geometry.constrained_directions() == 6 &&
       verdict.reason == by_bound) {
     if (!firm) {
+      // However large the bound: the shape holds the scan, so a person can decide.
+      verdict.outcome = RegistrationOutcome::kDoubtful;
       verdict.bases = {RegistrationBasis::kResiduals};
       verdict.reason = ResidualsReason(verdict.judged_bound, config);
       verdict.remedy = kLessIsAsked;

@@ -13,6 +13,7 @@
 #include "absl/container/flat_hash_map.h"
 #include "absl/strings/str_format.h"
 #include "core/registration/align/align_stages.h"
+#include "core/registration/align/correlation_block.h"
 #include "core/registration/align/pose_step.h"
 #include "core/registration/bound/error_bound.h"
 #include "core/registration/graph/adjust.h"

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "core/registration/align/correlation_block.h"
 #include "core/registration/bound/direction_words.h"
 #include "core/sensor/scanner_model.h"
 #include "tests/core/registration/shape.h"
@@ -235,14 +236,13 @@ TEST(ErrorBound, ResidualsWidenItOnlyBeyondWhatIsConfigured) {
   shape.Rectangle({5, 0, 0}, 4 * kY, 2.5 * kZ, -kX);
   RegistrationConfig config;
   const double alone = shape.Geometry().Bound(kNothing).bound;
-  const auto ratio = [&](double shared_sigma, unsigned seed) {
+  const auto ratio = [&](double shared_sigma, unsigned seed, double over = 0.5) {
     std::mt19937_64 random(seed);
     std::normal_distribution<double> gauss;
     std::map<uint64_t, double> shared;
     std::vector<Constraint> seen = shape.points();
     for (Constraint& c : seen) {
-      const auto [it, fresh] =
-          shared.try_emplace(CorrelationBlock(c.position, c.normal, config.correlation_length));
+      const auto [it, fresh] = shared.try_emplace(CorrelationBlock(c.position, c.normal, over));
       if (fresh) it->second = shared_sigma * gauss(random);
       c.residual = kShapeSigma * gauss(random) + it->second;
     }
@@ -253,6 +253,8 @@ TEST(ErrorBound, ResidualsWidenItOnlyBeyondWhatIsConfigured) {
     EXPECT_LT(ratio(config.correlated_sigma, seed), 1.35) << "seed " << seed;
     EXPECT_GE(ratio(config.correlated_sigma, seed), 0.95) << "seed " << seed;
     EXPECT_NEAR(ratio(4 * config.correlated_sigma, seed), 4.0, 1.2) << "seed " << seed;
+    // Shared over four times the area, half of it is as much.
+    EXPECT_NEAR(ratio(2 * config.correlated_sigma, seed, 1.0), 4.0, 2.0) << "seed " << seed;
   }
 }
 

@@ -175,14 +175,16 @@ TEST_F(InstrumentLimitOfScans, ErrorsThatNeighboursShareAreFoundAndSaid) {
   EXPECT_NE(v.reason.find("cannot be met with this instrument"), std::string::npos) << v.reason;
   EXPECT_NE(v.remedy.find("required_accuracy"), std::string::npos) << v.remedy;
   EXPECT_TRUE(Registered(scan_, config).verdict.registered());
-  // Of the errors, which are of the range, the residual shows what lies along the normal.
+  // Of the errors, which are of the range, the residual shows what lies along the normal. They end
+  // elsewhere than the blocks do, and are added up across these: one draw of some hundred cells
+  // tells that to a fifth.
   ASSERT_TRUE(result.residuals.has_value());
   RegistrationConfig learned = config;
   learned.instrument.Add(*result.residuals);
   const InstrumentExcess excess = learned.instrument.Excess(config.correlated_sigma);
   const double found = std::sqrt(excess.shared[ResidualClass(3, std::cos(sensor::Radians(20)))]);
   EXPECT_GT(found, 0.015);
-  EXPECT_LT(found, 0.03);
+  EXPECT_LT(found, 1.2 * 0.03);
   // The figure can, and half of it cannot: not this scan, nor a good one by the same instrument.
   learned.required_accuracy = 1.3 * *v.attainable_accuracy;
   EXPECT_TRUE(Registered(deformed, learned).verdict.registered());
