@@ -50,6 +50,8 @@ const [sharp, coarse] = [1, 1.4];
 const [overlap, swell] = [1.3, 4];
 // A picture has at most so many pixels for one of the page.
 const [finest, plain] = [1.5, 1];
+// More rectangles would hide what they are about.
+const mostPatches = 4;
 // How dark edges are.
 const edges = 6;
 
@@ -66,6 +68,7 @@ export class Solid {
   #palette: Colours;
   #dark = false;
   #options: SolidOptions = { by: "kind", missing: true, cut: Infinity, direction: 0, size: 0.05 };
+  #patches: SolidMarks["patches"] = [];
   #marks: SolidMarks = { stations: [], target: undefined, rays: [], patches: [] };
   #asked = 0;
   #moving = false;
@@ -104,6 +107,7 @@ export class Solid {
     const before = this.#options.direction;
     [this.#points, this.#options, this.#palette, this.#dark] = [points, options, palette, dark];
     if (!same) this.#colours = colourPoints(points, options, palette, dark);
+    this.#choosePatches();
     // Which way walls run is known a little later than the points.
     if (!this.#framed || before !== options.direction) this.#lookAtAll();
     this.draw();
@@ -111,7 +115,19 @@ export class Solid {
 
   mark(marks: SolidMarks): void {
     this.#marks = marks;
+    this.#choosePatches();
     this.draw();
+  }
+
+  // Of the patches those that are seen where their rectangle is: it also stands for what is merely expected, in rooms
+  // that nobody entered, and for surfaces that it fills badly.
+  #choosePatches(): void {
+    const points = this.#points;
+    const { patches } = this.#marks;
+    this.#patches =
+      points === undefined
+        ? []
+        : patches.filter(({ corners }) => filledShare(points, corners, this.#options.size) > 0.5).slice(0, mostPatches);
   }
 
   // With the next picture, however often it is asked for before.
@@ -271,12 +287,12 @@ export class Solid {
   #drawMarks(view: View, ratio: number): void {
     const origin = this.#points?.origin ?? { x: 0, y: 0, z: 0 };
     const here = (place: Vector) => ({ x: place.x - origin.x, y: place.y - origin.y, z: place.z - origin.z });
-    const { stations, target, rays, patches } = this.#marks;
+    const { stations, target, rays } = this.#marks;
     const palette = this.#palette;
     const context = this.#context;
     context.lineCap = "round";
     if (this.#options.missing) {
-      for (const { corners, label } of patches) {
+      for (const { corners, label } of this.#patches) {
         const at = corners.map(here);
         at.forEach((corner, i) =>
           this.#line(view, ratio, corner, at[(i + 1) % at.length]!, hexOf(palette.missing), 2.5),
@@ -400,6 +416,32 @@ export class Solid {
 
 function hexOf([r, g, b]: [number, number, number]): string {
   return `rgb(${r} ${g} ${b})`;
+}
+
+// How much of a rectangle is covered by points of what is missing or too thin, [0, 1].
+export function filledShare(points: Points, corners: readonly Vector[], size: number): number {
+  const [a, b, , d] = corners;
+  if (a === undefined || b === undefined || d === undefined) return 0;
+  const { origin, xyz, kind, density } = points;
+  const [ux, uy, uz] = [b.x - a.x, b.y - a.y, b.z - a.z];
+  const [vx, vy, vz] = [d.x - a.x, d.y - a.y, d.z - a.z];
+  const [u2, v2] = [ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz];
+  const [ax, ay, az] = [a.x - origin.x, a.y - origin.y, a.z - origin.z];
+  if (u2 === 0 || v2 === 0) return 0;
+  let count = 0;
+  for (let i = 0; i < kind.length; ++i) {
+    if (kind[i] === 1 && density[i]! >= 127) continue;
+    const x = xyz[3 * i]! - ax;
+    const y = xyz[3 * i + 1]! - ay;
+    const z = xyz[3 * i + 2]! - az;
+    const u = (x * ux + y * uy + z * uz) / u2;
+    const v = (x * vx + y * vy + z * vz) / v2;
+    if (u < 0 || u > 1 || v < 0 || v > 1) continue;
+    // Off its plane, m: a patch is as flat as voxels can be.
+    const off = Math.hypot(x - u * ux - v * vx, y - u * uy - v * vy, z - u * uz - v * vz);
+    if (off < 2 * size) ++count;
+  }
+  return Math.min(1, (count * size * size) / Math.sqrt(u2 * v2));
 }
 
 function depthOf(part: Part, view: View): number {

@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import { around, closer, moved, near, projectPoint, turned, viewOf, type Orbit } from "../../src/draw/camera";
-import { detail } from "../../src/draw/solid";
+import { detail, filledShare } from "../../src/draw/solid";
 import { invisible, packed, Splatter } from "../../src/draw/splat";
 import type { Points } from "../../src/model/points";
 
@@ -145,4 +145,25 @@ test("a thumb turns without falling over, and carries what is below it", () => {
   expect(after.x - before.x).toBeCloseTo(37);
   expect(after.y - before.y).toBeCloseTo(-21);
   expect(closer(orbit, 2).distance).toBe(5);
+});
+
+test("a rectangle is filled by what is missing in its plane, not by what is measured or lies elsewhere", () => {
+  const places: [number, number, number][] = [];
+  for (let x = 0.025; x < 1; x += 0.05) for (let y = 0.025; y < 2; y += 0.05) places.push([100 + x, y, 0]);
+  const corners = [
+    { x: 100, y: 0, z: 0 },
+    { x: 102, y: 0, z: 0 },
+    { x: 102, y: 2, z: 0 },
+    { x: 100, y: 2, z: 0 },
+  ];
+  const points = { ...pointsOf(...places), kind: new Uint8Array(places.length).fill(2) };
+  expect(filledShare(points, corners, 0.05)).toBeCloseTo(0.5, 2);
+  expect(filledShare({ ...points, kind: points.kind.map(() => 1) }, corners, 0.05)).toBe(0);
+  expect(
+    filledShare(
+      points,
+      corners.map((corner) => ({ ...corner, z: 0.5 })),
+      0.05,
+    ),
+  ).toBe(0);
 });
