@@ -174,6 +174,9 @@ test("a job from the first scan to 'enough'", async () => {
   await page.getByRole("button", { name: "Report" }).tap();
   await page.getByRole("table").waitFor();
   await isAccessible(page, "the report, dark");
+  // On paper it is as many pages as it needs, and it is still there afterwards.
+  expect((await page.pdf({ format: "A4" })).length).toBeGreaterThan(10_000);
+  await page.getByRole("dialog").getByRole("table").waitFor();
   await page.getByRole("button", { name: "Close", exact: true }).first().tap();
   await page.getByRole("radio", { name: "Deutsch" }).tap();
   await page.getByRole("heading", { name: "Was herauskommt" }).waitFor();
