@@ -106,8 +106,10 @@ export class Solid {
       dark === this.#dark;
     const before = this.#options.direction;
     [this.#points, this.#options, this.#palette, this.#dark] = [points, options, palette, dark];
-    if (!same) this.#colours = colourPoints(points, options, palette, dark);
-    this.#choosePatches();
+    if (!same) {
+      this.#colours = colourPoints(points, options, palette, dark);
+      this.#choosePatches();
+    }
     // Which way walls run is known a little later than the points.
     if (!this.#framed || before !== options.direction) this.#lookAtAll();
     this.draw();
@@ -418,6 +420,9 @@ function hexOf([r, g, b]: [number, number, number]): string {
   return `rgb(${r} ${g} ${b})`;
 }
 
+// Points that are looked at for a rectangle, at most: of each part an even sample, as points are ordered.
+const mostTested = 60_000;
+
 // How much of a rectangle is covered by points of what is missing or too thin, [0, 1].
 export function filledShare(points: Points, corners: readonly Vector[], size: number): number {
   const [a, b, , d] = corners;
@@ -428,8 +433,9 @@ export function filledShare(points: Points, corners: readonly Vector[], size: nu
   const [u2, v2] = [ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz];
   const [ax, ay, az] = [a.x - origin.x, a.y - origin.y, a.z - origin.z];
   if (u2 === 0 || v2 === 0) return 0;
+  const stride = Math.max(1, Math.ceil(kind.length / mostTested));
   let count = 0;
-  for (let i = 0; i < kind.length; ++i) {
+  for (let i = 0; i < kind.length; i += stride) {
     if (kind[i] === 1 && density[i]! >= 127) continue;
     const x = xyz[3 * i]! - ax;
     const y = xyz[3 * i + 1]! - ay;
@@ -441,7 +447,7 @@ export function filledShare(points: Points, corners: readonly Vector[], size: nu
     const off = Math.hypot(x - u * ux - v * vx, y - u * uy - v * vy, z - u * uz - v * vz);
     if (off < 2 * size) ++count;
   }
-  return Math.min(1, (count * size * size) / Math.sqrt(u2 * v2));
+  return Math.min(1, (stride * count * size * size) / Math.sqrt(u2 * v2));
 }
 
 function depthOf(part: Part, view: View): number {
