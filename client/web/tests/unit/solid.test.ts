@@ -149,7 +149,7 @@ test("a thumb turns without falling over, and carries what is below it", () => {
 
 test("a rectangle is filled by what is missing in its plane, not by what is measured or lies elsewhere", () => {
   const places: [number, number, number][] = [];
-  for (let x = 0.025; x < 1; x += 0.05) for (let y = 0.025; y < 2; y += 0.05) places.push([100 + x, y, 0]);
+  for (let x = 0.025; x < 1; x += 0.05) for (let y = -0.975; y < 3; y += 0.05) places.push([100 + x, y, 0]);
   const corners = [
     { x: 100, y: 0, z: 0 },
     { x: 102, y: 0, z: 0 },
