@@ -26,8 +26,9 @@ declare -A packages=(
   [containers]="podman runc debootstrap haproxy openssl python3-grpcio python3-yaml"
   [deploy]="haproxy openssl docker-compose python3-yaml systemd"
   [npm]="nodejs npm"
-  # The page in a browser.
+  # The page in browsers: in Chromium, and in the engine of many tablets, which needs a display.
   [web]="chromium fonts-dejavu-core"
+  [webkit]="webkit2gtk-driver xvfb"
 )
 buf_version=1.75.0
 kubernetes_types=(typescript@5.6.3 kubernetes-types@1.30.0)
@@ -159,6 +160,8 @@ install() {
     web)
       install_page_packages
       install_packages web
+      # Its test says by itself that it was skipped.
+      install_packages webkit || say "WebKit cannot be had"
       ;;
     proto) from_npm node "@bufbuild/buf@$buf_version" ;;
     deploy)

@@ -10,7 +10,7 @@ import { chromium } from "playwright-core";
 
 const binaries = process.env.VANTAGE_BINARIES ?? "../../build/release";
 const binary = (path, name) => [join(binaries, path, name), join(binaries, name)].find((file) => existsSync(file));
-const scans = process.env.VANTAGE_FIGURE_SCANS ?? "12";
+const scans = process.env.VANTAGE_FIGURE_SCANS ?? "24";
 const folder = mkdtempSync(join(tmpdir(), "vantage-figures-"));
 const server = spawn(
   binary("server", "vantaged"),
@@ -55,7 +55,7 @@ try {
       "--session",
       "office",
       "--budget",
-      "1",
+      "2",
       "--step",
       "0.5",
       "--density",
@@ -150,30 +150,27 @@ try {
       figure("page.update.ms", median(updates));
       await page.goto(`${url}/#/office/solid`);
       await page.getByText("Arranging the points").waitFor({ state: "detached", timeout: 60_000 });
-      const box = await page.locator("canvas").boundingBox();
-      await page.evaluate(() => {
-        window.frames3d = 0;
-        const inner = WebGLRenderingContext.prototype.clear;
-        const inner2 = WebGL2RenderingContext.prototype.clear;
-        WebGLRenderingContext.prototype.clear = function (...a) {
-          window.frames3d += 1;
-          return inner.apply(this, a);
-        };
-        WebGL2RenderingContext.prototype.clear = function (...a) {
-          window.frames3d += 1;
-          return inner2.apply(this, a);
-        };
-      });
-      await page.mouse.move(box.x + 200, box.y + 300);
+      // A thumb that turns the model for five seconds; pictures are counted by the page itself.
+      const canvas = page.locator("canvas.drawn");
+      await page.waitForFunction(() => Number(document.querySelector("canvas.drawn")?.dataset.points) > 0);
+      const box = await canvas.boundingBox();
+      const state = () => page.evaluate(() => ({ ...document.querySelector("canvas.drawn").dataset }));
+      await page.waitForTimeout(1000);
+      const before = await state();
+      figure("page.rest.points", Number(before.points));
+      await page.mouse.move(box.x + 100, box.y + 200);
       await page.mouse.down();
       const start = performance.now();
-      for (let k = 0; performance.now() - start < 3000; ++k)
-        await page.mouse.move(box.x + 200 + (k % 300), box.y + 300 + (k % 100));
+      const points = [];
+      for (let k = 0; performance.now() - start < 5000; ++k) {
+        await page.mouse.move(box.x + 100 + ((3 * k) % 600), box.y + 200 + (k % 100));
+        if (k % 10 === 0) points.push(Number((await state()).points));
+      }
+      const seconds = (performance.now() - start) / 1000;
+      const after = await state();
       await page.mouse.up();
-      figure(
-        "page.orbit.frames_per_second",
-        (await page.evaluate(() => window.frames3d)) / ((performance.now() - start) / 1000),
-      );
+      figure("page.orbit.frames_per_second", (Number(after.pictures) - Number(before.pictures)) / seconds);
+      figure("page.orbit.points", median(points));
     }
     await page.context().close();
   }

@@ -18,6 +18,11 @@ export function isPassing(error: unknown): boolean {
   );
 }
 
+// The tablet's token has run out or was taken back: nothing is decided until somebody pairs it again.
+export function isUnknownTablet(error: unknown): boolean {
+  return ConnectError.from(error).code === Code.Unauthenticated;
+}
+
 // ErrorInfo.reason, by which the contract tells errors apart.
 export function reason(error: unknown): string {
   return ConnectError.from(error).findDetails(ErrorInfoSchema)[0]?.reason ?? "";

@@ -8,6 +8,8 @@ export interface Colours {
   line: string;
   accent: string;
   onAccent: string;
+  good: string;
+  warn: string;
   // Of the plan.
   floor: [number, number, number];
   thin: [number, number, number];
@@ -31,6 +33,8 @@ export function readColours(element: Element): Colours {
     line: text("line"),
     accent: text("accent"),
     onAccent: text("on-accent"),
+    good: text("good"),
+    warn: text("warn"),
     floor: triple("plan-floor"),
     thin: triple("plan-thin"),
     furniture: triple("plan-furniture"),

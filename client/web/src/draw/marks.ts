@@ -2,7 +2,7 @@
 import type { Opening } from "../gen/vantage/v1/coverage_pb";
 import type { Claim, Station } from "../gen/vantage/v1/fleet_pb";
 import type { Vector3 } from "../gen/vantage/v1/geometry_pb";
-import type { RankedView } from "../gen/vantage/v1/plan_pb";
+import type { NarrowWay, RankedView } from "../gen/vantage/v1/plan_pb";
 import { RegistrationOutcome } from "../gen/vantage/v1/registration_pb";
 import type { Scan } from "../gen/vantage/v1/scan_pb";
 import type { Rejection } from "../gen/vantage/v1/session_pb";
@@ -26,6 +26,13 @@ export type Mark = Placed &
     // A place that a person tries out, and poses to choose from.
     | { type: "trial"; label: string }
     | { type: "pose"; label: string; heading: number; chosen: boolean; index: number }
+    // By which a pose is turned.
+    | { type: "turn" }
+    // Where a target would help, and where the scanner is too wide.
+    | { type: "sign"; label: string }
+    | { type: "narrow"; way: NarrowWay }
+    // A place that was refused, since a scan from there would not align.
+    | { type: "refused"; view: RankedView }
   );
 
 export interface Band {
@@ -55,6 +62,10 @@ export function marksOf(
     views: readonly RankedView[];
     target: RankedView | undefined;
     openings: readonly Opening[];
+    refused?: readonly RankedView[];
+    narrow?: readonly NarrowWay[];
+    // The refused place whose targets are shown.
+    advised?: RankedView | undefined;
     scannerName: (name: string) => string;
   },
 ): Mark[] {
@@ -71,6 +82,17 @@ export function marksOf(
       marks.push({ type: "rejection", rejection, radius: rejection.radiusM, ...at(rejection.position) });
     }
   }
+  for (const view of what.refused ?? []) {
+    if (on(view.position)) marks.push({ type: "refused", view, ...at(view.position) });
+  }
+  for (const way of what.narrow ?? []) {
+    if (way.narrowest !== undefined && way.narrowest.z >= band.floor - 0.5 && way.narrowest.z < band.top - 0.3)
+      marks.push({ type: "narrow", way, ...at(way.narrowest) });
+  }
+  what.advised?.targetAdvice?.places.forEach((place, i) => {
+    if (place.position !== undefined && place.position.z < band.top)
+      marks.push({ type: "sign", label: place.target || String(i + 1), ...at(place.position) });
+  });
   what.views.forEach((view, i) => {
     if (!on(view.position) || view === what.target) return;
     marks.push({ type: "view", view, rank: i + 1, target: false, ...at(view.position) });

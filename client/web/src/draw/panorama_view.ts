@@ -87,7 +87,8 @@ export function drawPanorama(
   const wide = panorama.width * magnify;
   const leftEdge = onCanvas({ x: 0, y: 0 });
   for (let x = leftEdge.x - Math.ceil((leftEdge.x + wide) / wide) * wide; x < size.width; x += wide) {
-    context.drawImage(picture, x, leftEdge.y, wide, panorama.height * magnify);
+    // A pixel more than it is wide, so that no seam shows between two copies.
+    context.drawImage(picture, x, leftEdge.y, wide + 1, panorama.height * magnify);
   }
   let spotHidden = false;
   if (scene.spot === undefined) return { spotHidden };

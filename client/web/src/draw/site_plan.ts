@@ -4,6 +4,7 @@ import type { Area } from "./areas";
 import type { Colours } from "./colours";
 import type { Link } from "./links";
 import type { Mark } from "./marks";
+import type { SampleDots } from "./samples";
 import { barLength, matrix, toScreen, type Point, type Projection } from "./projection";
 
 export interface Heat {
@@ -32,6 +33,8 @@ export interface Scene {
   region: readonly Point[];
   // From the target to walls, with what the tape reads, world.
   offsets: readonly { from: Point; to: Point; label: string }[];
+  // Of a scan that is being placed.
+  samples: SampleDots | undefined;
   selected: Mark | undefined;
   // Text of the scale bar for a length, m.
   barLabel: (metres: number) => string;
@@ -179,6 +182,7 @@ export function draw(
   }
   drawRegion(context, projection, scene.region, regionEdge, colours);
   drawWay(context, projection, scene.way, colours);
+  if (scene.samples !== undefined) drawSamples(context, projection, scene.samples, colours);
   for (const offset of scene.offsets) drawOffset(context, projection, offset, colours, font(15));
   // The better a place, the later it is drawn, and over the others.
   const views = scene.marks.filter((mark) => mark.type === "view").reverse();
@@ -199,6 +203,18 @@ export function draw(
         break;
       case "pose":
         drawPose(context, at, mark, projection, colours, font(18, 800));
+        break;
+      case "turn":
+        drawTurn(context, at, colours);
+        break;
+      case "sign":
+        drawSign(context, at, mark.label, mark === scene.selected, colours, font(15, 700));
+        break;
+      case "refused":
+        drawRefused(context, at, mark === scene.selected, colours, font(17, 800));
+        break;
+      case "narrow":
+        drawNarrow(context, at, mark === scene.selected, colours);
         break;
       default:
         break;
@@ -235,16 +251,78 @@ function words(
   context.fillText(text, at.x, at.y);
 }
 
-function drawHeat(context: CanvasRenderingContext2D, projection: Projection, heat: Heat, colours: Colours): void {
-  const edge = Math.max(2, heat.size * projection.scale);
-  context.fillStyle = colours.accent;
+// A pixel for each square, which is smoothed when it is drawn: a map has no seams.
+const heatPictures = new WeakMap<Heat, { canvas: HTMLCanvasElement; x: number; y: number; colour: string }>();
+
+function heatPicture(heat: Heat, colour: string): { canvas: HTMLCanvasElement; x: number; y: number } | undefined {
+  const known = heatPictures.get(heat);
+  if (known?.colour === colour) return known;
+  if (heat.x.length === 0) return undefined;
+  const column = (x: number) => Math.floor(x / heat.size);
+  let [x0, x1, y0, y1] = [Infinity, -Infinity, Infinity, -Infinity];
   for (let i = 0; i < heat.x.length; ++i) {
-    const at = toScreen(projection, { x: heat.x[i]!, y: heat.y[i]! });
-    if (at.x < -edge || at.y < -edge || at.x > projection.width + edge || at.y > projection.height + edge) continue;
-    context.globalAlpha = 0.06 + 0.66 * heat.score[i]! ** 1.5;
-    context.fillRect(at.x - edge / 2, at.y - edge / 2, edge, edge);
+    const [x, y] = [column(heat.x[i]!), column(heat.y[i]!)];
+    [x0, x1, y0, y1] = [Math.min(x0, x), Math.max(x1, x), Math.min(y0, y), Math.max(y1, y)];
   }
-  context.globalAlpha = 1;
+  // With a rim, into which the outermost squares fade.
+  const canvas = document.createElement("canvas");
+  [canvas.width, canvas.height] = [x1 - x0 + 3, y1 - y0 + 3];
+  const context = canvas.getContext("2d");
+  if (context === null) return undefined;
+  context.fillStyle = colour;
+  for (let i = 0; i < heat.x.length; ++i) {
+    context.globalAlpha = 0.06 + 0.66 * heat.score[i]! ** 1.5;
+    context.fillRect(column(heat.x[i]!) - x0 + 1, column(heat.y[i]!) - y0 + 1, 1, 1);
+  }
+  const made = { canvas, x: (x0 - 1) * heat.size, y: (y0 - 1) * heat.size, colour };
+  heatPictures.set(heat, made);
+  return made;
+}
+
+function drawHeat(context: CanvasRenderingContext2D, projection: Projection, heat: Heat, colours: Colours): void {
+  const picture = heatPicture(heat, colours.accent);
+  if (picture === undefined) return;
+  const { canvas, x, y } = picture;
+  context.save();
+  context.transform(...matrix(projection));
+  context.imageSmoothingEnabled = true;
+  context.drawImage(canvas, x, y, canvas.width * heat.size, canvas.height * heat.size);
+  context.restore();
+}
+
+// A scan's samples: dots where it fits, crosses where it contradicts, rings where nothing is known.
+function drawSamples(
+  context: CanvasRenderingContext2D,
+  projection: Projection,
+  samples: SampleDots,
+  colours: Colours,
+): void {
+  const paths = { fits: new Path2D(), against: new Path2D(), unknown: new Path2D() };
+  const arm = 3;
+  samples.how.forEach((how, i) => {
+    const { x, y } = toScreen(projection, { x: samples.x[i]!, y: samples.y[i]! });
+    if (x < 0 || y < 0 || x > projection.width || y > projection.height) return;
+    const path = paths[how];
+    if (how === "fits") path.rect(x - 1.5, y - 1.5, 3, 3);
+    else if (how === "against") {
+      path.moveTo(x - arm, y - arm);
+      path.lineTo(x + arm, y + arm);
+      path.moveTo(x - arm, y + arm);
+      path.lineTo(x + arm, y - arm);
+    } else {
+      path.moveTo(x + 2, y);
+      path.arc(x, y, 2, 0, 2 * Math.PI);
+    }
+  });
+  context.lineCap = "butt";
+  context.lineWidth = 1;
+  context.strokeStyle = colours.soft;
+  context.stroke(paths.unknown);
+  context.fillStyle = colours.good;
+  context.fill(paths.fits);
+  context.lineWidth = 1.8;
+  context.strokeStyle = colours.warn;
+  context.stroke(paths.against);
 }
 
 function drawWay(
@@ -611,6 +689,85 @@ function drawPose(
   context.textBaseline = "middle";
   context.fillStyle = mark.chosen ? colours.onAccent : colours.ink;
   context.fillText(mark.label, at.x, at.y + 1);
+}
+
+// The grip by which a scan that is placed by hand is turned.
+function drawTurn(context: CanvasRenderingContext2D, at: Point, colours: Colours): void {
+  disc(context, at, 16);
+  context.fillStyle = colours.paper;
+  context.fill();
+  context.lineWidth = 4;
+  context.strokeStyle = colours.accent;
+  context.stroke();
+  context.beginPath();
+  context.arc(at.x, at.y, 7, -0.4, 1.4 * Math.PI);
+  context.lineWidth = 3;
+  context.stroke();
+}
+
+// A target that is to be put up, as the boards look.
+function drawSign(
+  context: CanvasRenderingContext2D,
+  at: Point,
+  label: string,
+  selected: boolean,
+  colours: Colours,
+  font: string,
+): void {
+  const half = 11;
+  context.fillStyle = colours.paper;
+  context.fillRect(at.x - half, at.y - half, 2 * half, 2 * half);
+  context.fillStyle = colours.ink;
+  context.fillRect(at.x - half, at.y - half, half, half);
+  context.fillRect(at.x, at.y, half, half);
+  context.lineWidth = selected ? 4 : 2.5;
+  context.strokeStyle = selected ? colours.accent : colours.ink;
+  context.strokeRect(at.x - half, at.y - half, 2 * half, 2 * half);
+  words(context, label, { x: at.x, y: at.y + 24 }, colours.ink, colours.paper, font);
+}
+
+// A place from which a scan would not align.
+function drawRefused(
+  context: CanvasRenderingContext2D,
+  at: Point,
+  selected: boolean,
+  colours: Colours,
+  font: string,
+): void {
+  disc(context, at, selected ? 17 : 13);
+  context.fillStyle = colours.paper;
+  context.fill();
+  context.lineWidth = selected ? 4 : 2.5;
+  context.strokeStyle = colours.warn;
+  context.setLineDash([4, 4]);
+  context.stroke();
+  context.setLineDash([]);
+  context.font = font;
+  context.textAlign = "center";
+  context.textBaseline = "middle";
+  context.fillStyle = colours.warn;
+  context.fillText("!", at.x, at.y + 1);
+}
+
+// Where it is too narrow: two jambs, and what would pass between them.
+function drawNarrow(context: CanvasRenderingContext2D, at: Point, selected: boolean, colours: Colours): void {
+  disc(context, at, 15);
+  context.fillStyle = colours.paper;
+  context.fill();
+  context.lineWidth = selected ? 4 : 2;
+  context.strokeStyle = selected ? colours.accent : colours.ink;
+  context.stroke();
+  context.beginPath();
+  for (const side of [-1, 1]) {
+    context.moveTo(at.x + 9 * side, at.y);
+    context.lineTo(at.x + 3 * side, at.y);
+    context.moveTo(at.x + 6 * side, at.y - 4);
+    context.lineTo(at.x + 2 * side, at.y);
+    context.lineTo(at.x + 6 * side, at.y + 4);
+  }
+  context.lineWidth = 2.5;
+  context.strokeStyle = colours.ink;
+  context.stroke();
 }
 
 function drawBar(

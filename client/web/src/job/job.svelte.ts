@@ -103,6 +103,10 @@ export class Job {
       {
         changed: (entries) => (this.waiting = entries),
         refused: (entry, error) => notices.refused(entry, error, this),
+        unknown: () => {
+          this.link = "unknownTablet";
+          this.#stop();
+        },
       },
     );
     this.waiting = this.#outbox.entries;

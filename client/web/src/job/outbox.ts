@@ -1,7 +1,8 @@
 // What a person did, until the server has it. An entry is kept on the tablet and sent in its turn, with
 // growing pauses, until the server says yes or no; it carries the request id that it was made with, so
-// that an entry whose answer was lost does nothing when it is sent again.
-import { isPassing } from "../api/errors";
+// that an entry whose answer was lost does nothing when it is sent again. Where the server does not know the tablet,
+// entries wait until it is paired again.
+import { isPassing, isUnknownTablet } from "../api/errors";
 
 export interface Entry {
   // The request id, too.
@@ -27,6 +28,8 @@ export interface Listener {
   changed(entries: readonly Entry[]): void;
   // The server refused an entry for good; it is dropped.
   refused(entry: Entry, error: unknown): void;
+  // The server does not know this tablet; what waits is kept.
+  unknown(): void;
 }
 
 // A tablet that was away for a day still has what was done; who does more than this offline is told.
@@ -89,6 +92,10 @@ export class Outbox {
         if (isPassing(error)) {
           this.#timer = setTimeout(() => void this.flush(), this.#pause);
           this.#pause = Math.min(longestPause, 2 * this.#pause);
+          return;
+        }
+        if (isUnknownTablet(error)) {
+          this.listener.unknown();
           return;
         }
         this.#change(this.#entries.filter((other) => other.id !== current.id));

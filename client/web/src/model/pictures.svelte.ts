@@ -65,7 +65,8 @@ export class PanoramaPicture {
   panorama = $state.raw<Panorama | undefined>(undefined);
 
   constructor(model: () => Model, scan: () => Scan | undefined) {
-    const hasModel = $derived(model().version !== 0n);
+    // As soon as some of the model has come: of it no more than what was too near for the scan is needed.
+    const hasModel = $derived(model().stamp !== 0);
     $effect(() => {
       const shown = scan();
       // The model fills what was too near for the scan; which version of it does not matter.

@@ -58,6 +58,14 @@ export function timeSpan(seconds: number, language: string): string {
   return unit(Math.round(s / 3600), "hour");
 }
 
+// A time span that is only roughly known, s: in steps of five minutes, from an hour and a half on of half an hour.
+export function roughTime(seconds: number, language: string): string {
+  const unit = (value: number, name: string) =>
+    new Intl.NumberFormat(language, { style: "unit", unit: name, unitDisplay: "long" }).format(value);
+  const minutes = Math.max(5, 5 * Math.round(seconds / 300));
+  return minutes < 90 ? unit(minutes, "minute") : unit(Math.round(minutes / 30) / 2, "hour");
+}
+
 // A time of day.
 export function clock(time: Date, language: string): string {
   return new Intl.DateTimeFormat(language, { hour: "2-digit", minute: "2-digit" }).format(time);

@@ -94,7 +94,14 @@ export function alignment(
     return { standing: "good", words: say(made ? "align.made" : "align.will", bound), why: "" };
   }
   const key = reasons[verdict.basis];
-  const why = key === undefined ? "" : say(key, { share: percent(verdict.overlapShare, language), ...bound });
+  const why = [
+    key === undefined ? "" : say(key, { share: percent(verdict.overlapShare, language), ...bound }),
+    verdict.attainableAccuracyM === undefined
+      ? ""
+      : say("align.why.instrument", { accuracy: accuracy(verdict.attainableAccuracyM, language) }),
+  ]
+    .filter((words) => words !== "")
+    .join(" ");
   if (verdict.outcome === RegistrationOutcome.DOUBTFUL) {
     return { standing: "doubtful", words: say(made ? "align.doubtful" : "align.mayNot"), why };
   }
@@ -141,6 +148,30 @@ export function caution(view: RankedView, say: Say, language: string): string {
   }
   if (view.floorMeasured === false) return say("caution.floor");
   return "";
+}
+
+// With which targets a scan from a place that was refused would join the others: how many, and from where they
+// are measured first. `places` are as many as the plan has signs.
+export function targetAdvice(
+  view: RankedView,
+  stationName: (scan: string) => string,
+  say: Say,
+  language: string,
+): string[] {
+  const advice = view.targetAdvice;
+  if (advice === undefined || advice.places.length === 0) return [];
+  const list = new Intl.ListFormat(language);
+  const bound = { accuracy: accuracy(advice.errorBoundM, language), n: advice.places.length };
+  const there = advice.places.map((place) => place.target).filter((target) => target !== "");
+  const said = [
+    there.length === advice.places.length
+      ? say("targets.scanThose", { ...bound, targets: list.format(there) })
+      : say("targets.putUp", bound),
+  ];
+  if (advice.firstViewIndex !== undefined) said.push(say("targets.first", { rank: advice.firstViewIndex + 1 }));
+  else if (advice.seenFromScans.length > 0)
+    said.push(say("targets.seenFrom", { stations: list.format(advice.seenFromScans.map(stationName)) }));
+  return said;
 }
 
 // The walk there from where the scanner stands.

@@ -28,6 +28,8 @@ export const lying = { width: 1280, height: 800 };
 export class Site {
   readonly folder = mkdtempSync(join(tmpdir(), "vantage-page-"));
   url = "";
+  // Of the gRPC listener.
+  address = "";
   #server: ChildProcess | undefined;
   #browser: Browser | undefined;
   // Taken at the first start, and kept.
@@ -49,17 +51,26 @@ export class Site {
   #token = "";
   readonly #binary = process.env.VANTAGE_SERVER_BINARY ?? "../../build/release/server/vantaged";
 
-  // Callers have to show who they are. Returns a tablet's token.
-  tellCallersApart(): string {
-    const made = execFileSync(this.#binary, ["token", "tablet", "crew", "read,submit,plan"], { encoding: "utf8" });
-    const line = made.split("\n").find((text) => /^tablet\s+crew\s/.test(text.trim()));
+  // A token, and the callers file's line that lets who has it in; the line's last word is when it runs out.
+  makeToken(name: string): { token: string; line: string } {
+    const made = execFileSync(this.#binary, ["token", name, "crew", "read,submit,plan"], { encoding: "utf8" });
+    const line = made.split("\n").find((text) => text.trim().startsWith(`${name} `));
     const token = made.split(/\s+/).find((word) => word.length > 20 && !(line ?? "").includes(word));
     if (line === undefined || token === undefined) throw new Error(`no token in: ${made}`);
-    this.writeCallers(line.trim());
+    return { token, line: line.trim() };
+  }
+
+  // Callers have to show who they are. Returns a tablet's token, by which tests call, too.
+  tellCallersApart(): string {
+    const { token, line } = this.makeToken("tablet");
+    this.writeCallers(line);
     this.serverOptions = ["--callers", join(this.folder, "callers")];
     this.#token = token;
+    this.callers = line;
     return token;
   }
+  // The line of the token that tests call by.
+  callers = "";
 
   writeCallers(lines: string): void {
     writeFileSync(join(this.folder, "callers"), `${lines}\n`, { mode: 0o600 });
@@ -69,7 +80,8 @@ export class Site {
   async startServer(): Promise<void> {
     const binary = this.#binary;
     const portFile = join(this.folder, "port");
-    rmSync(portFile, { force: true });
+    const grpcPortFile = join(this.folder, "grpc-port");
+    for (const file of [portFile, grpcPortFile]) rmSync(file, { force: true });
     this.#server = spawn(
       binary,
       [
@@ -77,6 +89,8 @@ export class Site {
         join(this.folder, "data"),
         "--listen",
         "127.0.0.1:0",
+        "--port-file",
+        grpcPortFile,
         "--web",
         `127.0.0.1:${this.#port}`,
         "--web-port-file",
@@ -93,11 +107,13 @@ export class Site {
       ],
       { stdio: ["ignore", "ignore", "inherit"] },
     );
-    for (let tries = 0; !existsSync(portFile) || readFileSync(portFile, "utf8").trim() === ""; ++tries) {
+    const written = (file: string) => existsSync(file) && readFileSync(file, "utf8").trim() !== "";
+    for (let tries = 0; !written(portFile) || !written(grpcPortFile); ++tries) {
       if (tries > 600) throw new Error("the server did not come up");
       await new Promise((resolve) => setTimeout(resolve, 50));
     }
     this.#port = Number(readFileSync(portFile, "utf8"));
+    this.address = `127.0.0.1:${readFileSync(grpcPortFile, "utf8").trim()}`;
     this.url = `http://127.0.0.1:${this.#port}`;
   }
 

@@ -43,7 +43,7 @@ test("a job from the first scan to 'enough'", async () => {
   await sendFile(page, "kitchen.vrim", surveyor.first());
   await page.getByText("Scan here next").waitFor();
   const session = `sessions/${decodeURIComponent(/#\/([^/]+)/.exec(page.url())![1]!)}`;
-  const { fleet, models, scans, plans } = site.api;
+  const { fleet, models, scans, plans, sessions } = site.api;
 
   let enough = false;
   let made = 1;
@@ -56,6 +56,9 @@ test("a job from the first scan to 'enough'", async () => {
       await picture(page, "next");
     }
     if (made === 2) {
+      await page.getByRole("button", { name: "What's left" }).tap();
+      await page.getByText(/About \d+ more scans?, \d+ (minutes|hours)/).waitFor();
+      await page.getByRole("dialog").getByRole("button", { name: "Close", exact: true }).tap();
       // Nobody can stand there after all; and then they can.
       const before = (await plans.listRejections({ parent: session })).rejections.length;
       await page.getByRole("button", { name: "Can't stand here" }).tap();
@@ -74,7 +77,12 @@ test("a job from the first scan to 'enough'", async () => {
     const [station] = await stations();
     await goTo(page, "Stations");
     await page.getByText("Made, data to come").waitFor();
-    if (made === 1) await isAccessible(page, "stations");
+    if (made === 1) {
+      await isAccessible(page, "stations");
+      await page.getByRole("button", { name: "Send a scan file" }).tap();
+      await isAccessible(page, "sending a scan");
+      await page.getByRole("dialog").getByRole("button", { name: "Close", exact: true }).tap();
+    }
     await sendFile(page, `scan-${made + 1}.vrim`, surveyor.at(station!.position!));
     await expect
       .poll(
@@ -116,14 +124,58 @@ test("a job from the first scan to 'enough'", async () => {
   await page.getByRole("region", { name: "Details" }).getByRole("button", { name: "Close" }).press("Enter");
   const canvas = page.locator("canvas").first();
   const box = (await canvas.boundingBox())!;
-  await page.touchscreen.tap(box.x + 0.42 * box.width, box.y + 0.62 * box.height);
-  await page.getByRole("heading", { name: "What a scan here brings" }).waitFor();
+  // Where no sign stands: a tap on one of those explains the sign.
+  const close = page.getByRole("region", { name: "Details" }).getByRole("button", { name: "Close", exact: true });
+  const tried = page.getByRole("heading", { name: "What a scan here brings" });
+  for (const [x, y] of [
+    [0.42, 0.62],
+    [0.5, 0.5],
+    [0.35, 0.4],
+    [0.6, 0.45],
+  ] as const) {
+    await page.touchscreen.tap(box.x + x * box.width, box.y + y * box.height);
+    await close.waitFor();
+    if ((await tried.count()) > 0) break;
+    await close.tap();
+  }
+  await tried.waitFor();
   await page.getByText("Working it out").waitFor({ state: "detached" });
   await isAccessible(page, "a place that was tried");
   await picture(page, "trial");
+  await close.tap();
+  await page.getByRole("button", { name: "Where it pays" }).tap();
+  await page.getByRole("button", { name: "What holds together" }).tap();
+  await page.getByRole("button", { name: "Station 2", exact: true }).tap();
+  await page.getByRole("heading", { name: "Station 2" }).waitFor();
+  await isAccessible(page, "a station on the plan");
+  await picture(page, "heat");
+  await page.getByRole("button", { name: "More about this scan" }).tap();
+  await page.getByRole("dialog").getByRole("heading", { name: "Station 2" }).waitFor();
+  await isAccessible(page, "a scan");
+  await page.getByRole("dialog").getByRole("button", { name: "Close", exact: true }).tap();
+
+  // An area with requirements of its own, corner by corner; and without it again.
+  const regions = async () => (await sessions.getSession({ name: session })).session!.siteRules?.regions ?? [];
+  await page.getByRole("button", { name: "Areas" }).tap();
+  for (const [x, y] of [
+    [0.4, 0.4],
+    [0.6, 0.4],
+    [0.5, 0.6],
+  ] as const)
+    await page.touchscreen.tap(box.x + x * box.width, box.y + y * box.height);
+  await page.getByLabel("Name of the area").fill("Machine");
+  await page.getByRole("radio", { name: "Twice as dense" }).tap();
+  await isAccessible(page, "an area that is drawn");
+  await page.getByRole("button", { name: "Keep this area" }).tap();
+  await expect.poll(async () => (await regions()).map((region) => region.name)).toEqual(["Machine"]);
+  expect((await regions())[0]!.requiredDensityPerM2).toBe(4 * 400);
+  await page.getByRole("button", { name: "Remove" }).tap();
+  await expect.poll(async () => (await regions()).length).toBe(0);
 
   await goTo(page, "3D");
-  await page.getByText("Arranging the points").waitFor({ state: "detached" });
+  await expect
+    .poll(async () => Number(await page.getByRole("img", { name: "The model in 3D" }).getAttribute("data-points")))
+    .toBeGreaterThan(10_000);
   await isAccessible(page, "3D");
   await picture(page, "solid");
 
@@ -135,6 +187,9 @@ test("a job from the first scan to 'enough'", async () => {
   await page.getByRole("button", { name: "Report" }).tap();
   await page.getByRole("table").waitFor();
   await isAccessible(page, "the report, dark");
+  // On paper it is as many pages as it needs, and it is still there afterwards.
+  expect((await page.pdf({ format: "A4" })).length).toBeGreaterThan(10_000);
+  await page.getByRole("dialog").getByRole("table").waitFor();
   await page.getByRole("button", { name: "Close", exact: true }).first().tap();
   await page.getByRole("radio", { name: "Deutsch" }).tap();
   await page.getByRole("heading", { name: "Was herauskommt" }).waitFor();

@@ -150,7 +150,17 @@ test("a scan in doubt is decided on: shown where it fits, accepted or left out",
   ).toEqual([false, true, true]);
   await page.getByRole("heading", { name: "Does not fit: decide" }).waitFor();
   await page.getByRole("button", { name: /lost-1/ }).tap();
-  await page.getByRole("radio", { name: /where it fits best/ }).waitFor();
+  // Every pose at which it may have been made is shown, with what fits there and what does not.
+  await page.getByRole("radio", { name: /where it fits best.* of it lies on what is scanned/ }).waitFor();
+  const shown = (await site.api.scans.compareScanPoses({ name: (await scansOf(session))[1]!.name })).comparison!;
+  const poses = page.getByRole("radiogroup", { name: "Where was it made?" }).getByRole("radio");
+  await expect.poll(() => poses.count()).toBe(shown.poses.length);
+  for (const [i, pose] of shown.poses.entries()) {
+    const words = (await poses.nth(i).textContent())!;
+    const [, share] = /(\d+)\s% of it lies/.exec(words) ?? [];
+    expect(Math.abs(Number(share) / 100 - pose.overlapShare)).toBeLessThan(0.03);
+    expect(/✕/.test(words)).toBe(pose.disagreements.some((other) => other.areaM2 >= 0.05));
+  }
   await isAccessible(page, "a scan in doubt");
   await page.getByRole("button", { name: "It was made at A" }).tap();
   await expect.poll(() => mergedIn(session), { timeout: 30_000 }).toBe(2);
@@ -158,7 +168,29 @@ test("a scan in doubt is decided on: shown where it fits, accepted or left out",
   await page.getByRole("button", { name: "Show its place" }).tap();
   await page.getByRole("button", { name: "Turn left by 15 degrees" }).tap();
   await isAccessible(page, "a scan that is placed by hand");
-  await page.getByRole("button", { name: "Back", exact: true }).tap();
+  // A tap puts it there, a thumb drags it on; the server gets the place and the turn.
+  const second = (await scansOf(session))[2]!;
+  const plan = (await page.getByRole("img", { name: "Plan with the places" }).boundingBox())!;
+  const middle = { x: plan.x + plan.width / 2, y: plan.y + plan.height / 2 };
+  await page.touchscreen.tap(middle.x, middle.y);
+  await page.mouse.move(middle.x, middle.y);
+  await page.mouse.down();
+  await page.mouse.move(middle.x + 90, middle.y, { steps: 5 });
+  await page.mouse.up();
+  await page.getByRole("button", { name: "Align it from here" }).tap();
+  const placed = async () => (await scansOf(session))[2]!;
+  await expect.poll(async () => (await placed()).prior?.pose !== undefined, { timeout: 20_000 }).toBe(true);
+  const prior = (await placed()).prior!.pose!;
+  const turn = (q: { w: number; z: number }) => 2 * Math.atan2(q.z, q.w);
+  const by = turn(prior.rotation!) - turn(second.registration!.pose!.rotation!);
+  expect(Math.cos(by - Math.PI / 12)).toBeGreaterThan(0.99);
+  const from = second.registration!.pose!.translation!;
+  expect(Math.hypot(prior.translation!.x - from.x, prior.translation!.y - from.y)).toBeGreaterThan(0.2);
+  // It does not fit there: the decision is still to be made.
+  await expect
+    .poll(async () => [ScanState.DOUBTFUL, ScanState.FAILED].includes((await placed()).state), { timeout: 30_000 })
+    .toBe(true);
+  await page.getByRole("button", { name: /lost-2/ }).tap();
   await page.getByRole("button", { name: "Leave it out" }).tap();
   await page.getByRole("alertdialog").getByRole("button", { name: "Leave it out" }).tap();
   await expect

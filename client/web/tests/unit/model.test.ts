@@ -188,15 +188,25 @@ test("points keep all that was there, and no picture has more than it may", () =
   expect(points.parts.reduce((sum, part) => sum + part.count, 0)).toBe(surface.count);
   const sorted = (xyz: Float32Array) => Array.from(xyz).sort((a, b) => a - b);
   expect(sorted(points.xyz)).toEqual(sorted(surface.xyz));
+  const wanted = points.parts.map((part, i) => (i % 3 === 0 ? 0 : part.count / (1 + (i % 5))));
   for (const budget of [0, 100, 5_000, 1e9]) {
-    const counts = share(points.parts, { x: 0, y: 0, z: 2 }, budget);
+    const counts = share(points.parts, wanted, budget);
     expect(counts.reduce((sum, count) => sum + count, 0)).toBeLessThanOrEqual(Math.min(budget, surface.count));
-    counts.forEach((count, i) => expect(count).toBeLessThanOrEqual(points.parts[i]!.count));
+    counts.forEach((count, i) => expect(count).toBeLessThanOrEqual(Math.min(points.parts[i]!.count, wanted[i]! + 1)));
   }
 });
 
-test("what is near gets more of the points", () => {
-  const part = (x: number) => ({ first: 0, count: 10_000, x, y: 0, z: 0, radius: 1 });
-  const [near, far] = share([part(2), part(20)], { x: 0, y: 0, z: 0 }, 5_000);
-  expect(near!).toBeGreaterThan(20 * far!);
+test("parts are boxes of their points, and hold each with what belongs to it", () => {
+  const points = arrange(surface, 2500);
+  const key = (x: number, y: number, z: number) => `${x.toFixed(3)} ${y.toFixed(3)} ${z.toFixed(3)}`;
+  const kinds = new Map<string, number>();
+  for (let i = 0; i < surface.count; ++i)
+    kinds.set(key(surface.xyz[3 * i]!, surface.xyz[3 * i + 1]!, surface.xyz[3 * i + 2]!), surface.kind[i]!);
+  for (const part of points.parts) {
+    for (let i = part.first; i < part.first + part.count; ++i) {
+      const [x, y, z] = [points.xyz[3 * i]!, points.xyz[3 * i + 1]!, points.xyz[3 * i + 2]!];
+      expect(Math.hypot(x - part.x, y - part.y, z - part.z)).toBeLessThanOrEqual(part.radius + 1e-3);
+      expect(points.kind[i]).toBe(kinds.get(key(x, y, z)));
+    }
+  }
 });

@@ -20,19 +20,20 @@ class Memory implements Keeper {
 class Server {
   readonly done: string[] = [];
   readonly calls: string[] = [];
-  faults: ("before" | "after" | "refuse" | undefined)[] = [];
+  faults: ("before" | "after" | "refuse" | "unknown" | undefined)[] = [];
   send = async (sent: Entry): Promise<void> => {
     this.calls.push(sent.id);
     const fault = this.faults.shift();
     await Promise.resolve();
     if (fault === "before") throw new ConnectError("no link", Code.Unavailable);
+    if (fault === "unknown") throw new ConnectError("who?", Code.Unauthenticated);
     if (fault === "refuse") throw new ConnectError("no", Code.FailedPrecondition);
     if (!this.done.includes(sent.id)) this.done.push(sent.id);
     if (fault === "after") throw new ConnectError("lost", Code.Unavailable);
   };
 }
 
-const listener = () => ({ changed: vi.fn(), refused: vi.fn() });
+const listener = () => ({ changed: vi.fn(), refused: vi.fn(), unknown: vi.fn() });
 beforeEach(() => void vi.useFakeTimers());
 afterEach(() => void vi.useRealTimers());
 
@@ -104,4 +105,22 @@ test("it does not grow for ever", async () => {
   for (let i = 0; i < mostEntries; ++i) expect(outbox.add(entry(String(i)))).toBe(true);
   expect(outbox.add(entry("more"))).toBe(false);
   await outbox.flush();
+});
+
+test("what a tablet did whose token ran out waits until it is paired again, and is sent once then", async () => {
+  const [keeper, server, told] = [new Memory(), new Server(), listener()];
+  server.faults = ["unknown"];
+  const outbox = new Outbox(keeper, server.send, told);
+  outbox.add(entry("a"));
+  outbox.add(entry("b"));
+  await outbox.flush();
+  expect(told.unknown).toHaveBeenCalledOnce();
+  expect(told.refused).not.toHaveBeenCalled();
+  // Nobody asks again by itself.
+  await vi.advanceTimersByTimeAsync(120_000);
+  expect(server.calls).toEqual(["a"]);
+  // The page is opened anew with another token.
+  await new Outbox(keeper, server.send, listener()).flush();
+  expect(server.done).toEqual(["a", "b"]);
+  expect(keeper.entries).toEqual([]);
 });

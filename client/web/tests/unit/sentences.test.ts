@@ -8,7 +8,19 @@ import {
   RegistrationVerdictSchema,
 } from "../../src/gen/vantage/v1/registration_pb";
 import { fill } from "../../src/texts/texts.svelte";
-import { alignment, caution, finding, gainHeadline, gainParts, sideOf, type Say } from "../../src/words/sentences";
+import { ComparedPoseSchema, DisagreementKind } from "../../src/gen/vantage/v1/pose_comparison_pb";
+import { roughTime } from "../../src/words/numbers";
+import { poseWords } from "../../src/words/pose_words";
+import {
+  alignment,
+  caution,
+  finding,
+  gainHeadline,
+  gainParts,
+  sideOf,
+  targetAdvice,
+  type Say,
+} from "../../src/words/sentences";
 
 const say: Say = (key, parameters = {}) => fill(english[key], parameters, "en");
 
@@ -113,4 +125,68 @@ test("what is assumed of a place is said", () => {
     "The floor there was not measured.",
   );
   expect(caution(create(RankedViewSchema, { floorMeasured: true }), say, "en")).toBe("");
+});
+
+test("targets that help are told with where they are measured from", () => {
+  const place = { position: { x: 1, y: 2, z: 1 }, distanceM: 2 };
+  const stationName = (scan: string) => scan.replace(/\D+/, "");
+  const put = create(RankedViewSchema, {
+    targetAdvice: { places: [place, place], errorBoundM: 0.004, seenFromScans: ["scan-3", "scan-7"] },
+  });
+  expect(targetAdvice(put, stationName, say, "en")).toEqual([
+    "With 2 targets where the plan shows chequered boards it aligns to 4\u00a0mm.",
+    "Measure them first: a coarse scan from station 3 and 7 sees them all.",
+  ]);
+  const there = create(RankedViewSchema, {
+    targetAdvice: {
+      places: [
+        { ...place, target: "T1" },
+        { ...place, target: "T2" },
+      ],
+      errorBoundM: 0.002,
+    },
+  });
+  expect(targetAdvice(there, stationName, say, "en")).toEqual(["With T1 and T2 in its view it aligns to 2\u00a0mm."]);
+  const first = create(RankedViewSchema, { targetAdvice: { places: [place], errorBoundM: 0.002, firstViewIndex: 2 } });
+  expect(targetAdvice(first, stationName, say, "en")[1]).toBe("Choice 3 sees them all: make that scan first.");
+  expect(targetAdvice(create(RankedViewSchema, {}), stationName, say, "en")).toEqual([]);
+});
+
+test("what an instrument can reach is said where it is less than what is asked for", () => {
+  const verdict = create(RegistrationVerdictSchema, {
+    outcome: RegistrationOutcome.DOUBTFUL,
+    basis: RegistrationBasis.LEVELLING,
+    attainableAccuracyM: 0.023,
+  });
+  expect(alignment(verdict, true, say, "en").why).toBe(
+    "With this scanner about 23\u00a0mm can be met here: ask for that, or put up targets.",
+  );
+});
+
+test("a pose is told by what fits and by what it contradicts, the most first", () => {
+  const pose = create(ComparedPoseSchema, {
+    overlapShare: 0.64,
+    rmsResidualM: 0.0031,
+    disagreements: [
+      { kind: DisagreementKind.SEEN_THROUGH, areaM2: 1 },
+      { kind: DisagreementKind.IN_EMPTY_SPACE, areaM2: 0.6 },
+      { kind: DisagreementKind.IN_EMPTY_SPACE, areaM2: 0.6 },
+      { kind: DisagreementKind.BEHIND_SURFACE, areaM2: 0.01 },
+    ],
+  });
+  expect(poseWords(pose, say, "en")).toEqual({
+    fits: "64\u00a0% of it lies on what is scanned, 4\u00a0mm apart.",
+    against: [
+      "1.2\u00a0m² stands where earlier scans saw free space.",
+      "It looks through 1.0\u00a0m² of what is known.",
+    ],
+  });
+  expect(poseWords(create(ComparedPoseSchema, {}), say, "en").fits).toBe("Nothing of it lies on what is scanned.");
+});
+
+test("rough times are rough", () => {
+  expect(roughTime(20, "en")).toBe("5 minutes");
+  expect(roughTime(37 * 60, "en")).toBe("35 minutes");
+  expect(roughTime(89 * 60, "en")).toBe("1.5 hours");
+  expect(roughTime(130 * 60, "en")).toBe("2 hours");
 });
