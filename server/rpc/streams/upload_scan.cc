@@ -286,6 +286,8 @@ class UploadStream final
     });
   }
   void Beat() {
+    // Whoever sends nothing is not asked by Store().
+    if (absl::Status let_in = call_->StillLetIn(); !let_in.ok()) return Conclude(let_in);
     {
       std::lock_guard<std::mutex> lock(mutex_);
       if (finished_) return;

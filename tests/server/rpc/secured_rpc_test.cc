@@ -444,6 +444,31 @@ TEST(Tokens, TakenBackWhileAStreamIsOpen) {
   EXPECT_EQ(stream->Finish().error_code(), StatusCode::UNAUTHENTICATED);
 }
 
+// An upload that sends nothing is told the time now and then, and has to end there.
+TEST(Tokens, TakenBackWhileAnUploadRests) {
+  SecuredServer secured;
+  const std::string tablet = secured.AddToken("tablet museum submit");
+  server::ServerOptions options = secured.WithCallers();
+  options.heartbeat = std::chrono::milliseconds(20);
+  secured.Start(options);
+  const auto scans = v1::ScanService::NewStub(secured.Plain());
+  grpc::ClientContext context;
+  for (const auto& [key, value] : Bearer(tablet)) context.AddMetadata(key, value);
+  const auto stream = scans->UploadScan(&context);
+  v1::UploadScanResponse told;
+  ASSERT_TRUE(stream->Read(&told));
+  secured.WriteCallersBut("tablet");
+  secured.server().RefreshCallers();
+  // One that goes on is cut off here.
+  constexpr int kBeats = 100;
+  for (int beats = 0; stream->Read(&told); ++beats) {
+    if (beats == kBeats) context.TryCancel();
+  }
+  const grpc::Status status = stream->Finish();
+  EXPECT_EQ(status.error_code(), StatusCode::UNAUTHENTICATED);
+  EXPECT_EQ(fixture::InfoOf(status).reason(), "CREDENTIALS_WITHDRAWN");
+}
+
 // It is noticed without being told.
 TEST(Tokens, TheFileIsWatched) {
   SecuredServer secured;
