@@ -3,10 +3,19 @@
 const stored = "vantage.token";
 
 export function takeTokenFromAddress(): void {
+  takeToken();
+  // A link that is opened where the page is open already changes only what stands behind '#'.
+  window.addEventListener("hashchange", () => {
+    if (takeToken()) location.reload();
+  });
+}
+
+function takeToken(): boolean {
   const match = /[#&]token=([^&]+)/.exec(location.hash);
-  if (match?.[1] === undefined) return;
+  if (match?.[1] === undefined) return false;
   localStorage.setItem(stored, decodeURIComponent(match[1]));
   history.replaceState(null, "", location.pathname + location.search);
+  return true;
 }
 
 export function token(): string | null {

@@ -69,5 +69,12 @@ test("a link pairs the tablet; a token that is revoked says so, and nothing is l
   site.writeCallers("");
   await page.reload();
   await page.getByText("The server does not know this tablet any more. Pair it again.").first().waitFor();
+  // Paired again by a link that is opened in the same tab, where nothing is loaded by itself.
+  const next = site.tellCallersApart();
+  await page.evaluate((hash) => {
+    location.hash = hash;
+  }, `token=${next}`);
+  await page.getByRole("link", { name: /Paired/ }).waitFor();
+  expect(page.url()).not.toContain(next);
   await page.context().close();
 }, 90_000);
