@@ -234,6 +234,9 @@ absl::Status Server::ServeWeb() {
     if (!read.ok()) return absl::InvalidArgumentError(read.status().message());
     page = *std::move(read);
   }
+  if (!options_.web_authority.empty()) {
+    page.Add("/authority.crt", "application/x-x509-ca-cert", options_.web_authority);
+  }
   const size_t page_files = page.size();
   const std::string path = SocketPath(options_.web_listen);
   std::optional<OwnerAlone> closed;

@@ -49,6 +49,9 @@ struct ServerOptions {
   std::string web_root;
   // Origins whose pages may call, beside that page: 'https://crew.example'.
   std::vector<std::string> web_allowed_origins;
+  // An authority that the page's clients may want to trust: its certificate as DER, which they get
+  // at /authority.crt. Empty: there is none.
+  std::string web_authority;
   std::string data_folder;  // whose free space is shown; empty: none
   int threads = 0;          // that compute; 0: one per core
   int request_threads = 4;  // that answer

@@ -21,6 +21,8 @@
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "server/auth/callers.h"
+#include "server/main/environment.h"
+#include "server/main/field_command.h"
 #include "server/main/grpc_log.h"
 #include "server/main/healthcheck.h"
 #include "server/main/server.h"
@@ -39,19 +41,17 @@ constexpr int kExitUnhealthy = 1;
 constexpr int kExitFailed = 1;
 // A shutdown takes that much longer than --drain-seconds at most.
 constexpr std::chrono::milliseconds kBeyondDrain(1500);
+// A network that a laptop joined is served within this time.
+constexpr timespec kLookEvery = {5, 0};
 
 // The folder in which services keep their state: systemd's, or that of desktops. Empty: none is
 // known.
 std::string DefaultDataFolder() {
-  const auto variable = [](const char* name) -> std::string {
-    const char* value = std::getenv(name);
-    return value == nullptr ? "" : value;
-  };
-  const std::string given = variable("STATE_DIRECTORY");
+  const std::string given = Variable("STATE_DIRECTORY");
   if (!given.empty()) return given.substr(0, given.find(':'));
-  const std::string state = variable("XDG_STATE_HOME");
+  const std::string state = Variable("XDG_STATE_HOME");
   if (!state.empty()) return state + "/vantage";
-  const std::string home = variable("HOME");
+  const std::string home = Variable("HOME");
   return home.empty() ? "" : home + "/.local/state/vantage";
 }
 
@@ -101,6 +101,7 @@ struct Program {
   auth::Caller caller;  // that the token is for
   std::string caller_roles;
   int token_days = 365;
+  FieldCommand field;
   size_t store_mib = 4096;
   size_t scan_mib = 512;
   int drain_seconds = 20;
@@ -400,15 +401,62 @@ absl::StatusOr<std::unique_ptr<store::Store>> OpenStore(const Program& program) 
   }
   absl::StatusOr<std::unique_ptr<store::DiskStore>> store = store::DiskStore::Open(program.data);
   if (!store.ok()) {
-    return absl::Status(store.status().code(),
-                        absl::StrCat(store.status().message(), " (--data ", program.data,
-                                     "; another folder, or --in-memory, would do)"));
+    return absl::Status(
+        store.status().code(),
+        absl::StrCat(store.status().message(), " (--data ", program.data,
+                     program.field.given() ? "; another folder would do. A server that runs there "
+                                             "takes up devices by 'vantaged field pair NAME')"
+                                           : "; another folder, or --in-memory, would do)"));
   }
   return *std::move(store);
 }
 
-int Serve(const Program& program, const sigset_t& signals) {
-  telemetry::LogWriter writer(STDERR_FILENO);
+bool WritePortFiles(const Program& program, const Server& server) {
+  for (const auto& [path, port] : {std::pair(&program.http_port_file, server.http_port()),
+                                   std::pair(&program.web_port_file, server.web_port()),
+                                   std::pair(&program.port_file, server.port())}) {
+    if (path->empty() || WritePortFile(*path, port)) continue;
+    std::fprintf(stderr, "vantaged: cannot write %s\n", path->c_str());
+    return false;
+  }
+  return true;
+}
+
+int Failed(const absl::Status& status) {
+  std::fprintf(stderr, "vantaged: %s\n", std::string(status.message()).c_str());
+  return absl::IsInvalidArgument(status) ? kExitUsage : kExitFailed;
+}
+
+// Returns when the server is to end; until then does what signals ask for. A site's network and log
+// are looked at every few seconds; a terminal that is closed ends its server.
+void AwaitEnd(const sigset_t& signals, Server& server, FieldServing* field, field::LogFile* log) {
+  const bool ends_with_terminal = field != nullptr && isatty(STDOUT_FILENO) != 0;
+  while (true) {
+    const int received = field == nullptr ? sigwaitinfo(&signals, nullptr)
+                                          : sigtimedwait(&signals, nullptr, &kLookEvery);
+    if (received == SIGHUP && !ends_with_terminal) {
+      server.RefreshCallers();
+      server.RefreshJwtKeys();
+      server.RefreshTlsFiles();
+    } else if (received > 0) {
+      return;
+    }
+    if (field != nullptr) field->Look(server);
+    if (log != nullptr) log->TurnOver().IgnoreError();
+  }
+}
+
+int Serve(Program& program, const sigset_t& signals) {
+  std::unique_ptr<field::LogFile> log_file;
+  if (program.field.given()) {
+    absl::StatusOr<std::unique_ptr<field::LogFile>> opened = FieldLog(program.data);
+    if (!opened.ok()) {
+      return Failed(absl::UnavailableError(absl::StrCat(
+          opened.status().message(), " (--data ", program.data, "; another folder would do)")));
+    }
+    log_file = *std::move(opened);
+  }
+  telemetry::LogWriter writer(log_file == nullptr ? STDERR_FILENO : log_file->descriptor());
   telemetry::Log log(program.log_level, writer);
   const GrpcLog grpc_log(log);
   absl::StatusOr<std::unique_ptr<store::Store>> store = OpenStore(program);
@@ -416,37 +464,27 @@ int Serve(const Program& program, const sigset_t& signals) {
     std::fprintf(stderr, "vantaged: %s\n", std::string(store.status().message()).c_str());
     return kExitFailed;
   }
+  std::unique_ptr<FieldServing> field;
+  if (program.field.given()) {
+    absl::StatusOr<std::unique_ptr<FieldServing>> opened =
+        FieldServing::Open(program.field, program.data, program.server);
+    if (!opened.ok()) return Failed(opened.status());
+    field = *std::move(opened);
+  }
   absl::StatusOr<std::unique_ptr<Server>> server = Server::Start(program.server, **store, log);
   if (!server.ok()) {
-    std::fprintf(stderr, "vantaged: %s\n", std::string(server.status().message()).c_str());
-    return absl::IsInvalidArgument(server.status()) ? kExitUsage : kExitFailed;
+    return Failed(field == nullptr ? server.status() : field->Explain(server.status()));
   }
   for (const std::string& address : (*server)->addresses()) {
+    if (field != nullptr && address == field->socket()) continue;
     std::printf("vantaged %s listening on %s\n", VANTAGE_VERSION, address.c_str());
   }
   std::fflush(stdout);
-  if (!program.http_port_file.empty() &&
-      !WritePortFile(program.http_port_file, (*server)->http_port())) {
-    std::fprintf(stderr, "vantaged: cannot write %s\n", program.http_port_file.c_str());
-    return kExitFailed;
+  if (field != nullptr) {
+    if (absl::Status begun = field->Begin(**server); !begun.ok()) return Failed(begun);
   }
-  if (!program.web_port_file.empty() &&
-      !WritePortFile(program.web_port_file, (*server)->web_port())) {
-    std::fprintf(stderr, "vantaged: cannot write %s\n", program.web_port_file.c_str());
-    return kExitFailed;
-  }
-  if (!program.port_file.empty() && !WritePortFile(program.port_file, (*server)->port())) {
-    std::fprintf(stderr, "vantaged: cannot write %s\n", program.port_file.c_str());
-    return kExitFailed;
-  }
-  int received = SIGHUP;
-  while (received == SIGHUP) {
-    sigwait(&signals, &received);
-    if (received != SIGHUP) break;
-    (*server)->RefreshCallers();
-    (*server)->RefreshJwtKeys();
-    (*server)->RefreshTlsFiles();
-  }
+  if (!WritePortFiles(program, **server)) return kExitFailed;
+  AwaitEnd(signals, **server, field.get(), log_file.get());
   // Whatever is still under way by then is in the log, and goes on after the next start.
   std::thread([at = std::chrono::steady_clock::now() + program.server.drain_patience +
                     kBeyondDrain] {
@@ -457,6 +495,19 @@ int Serve(const Program& program, const sigset_t& signals) {
   return 0;
 }
 
+// Where the data of 'vantaged field' are: as given there or before, or where a crew's are. It
+// prints commands for other terminals, which may be in other folders.
+std::string FieldData(const CLI::App& app, const Program& program) {
+  std::string data = program.field.data;
+  if (data.empty()) {
+    data = app.get_option("--data")->count() > 0 ? program.data : DefaultFieldData();
+  }
+  std::error_code error;
+  const std::filesystem::path absolute = std::filesystem::absolute(data, error);
+  // Without a slash at its end, whether it was given with one or not.
+  return data.empty() || error ? data : (absolute / "").lexically_normal().parent_path().string();
+}
+
 int Main(int argc, char** argv) {
   Program program;
   CLI::App app("Vantage: plans where a scanner should stand next. Serves gRPC.", "vantaged");
@@ -464,6 +515,7 @@ int Main(int argc, char** argv) {
   DeclareAccess(app, program.server.access);
   DeclareOperations(app, program);
   DeclareToken(app, program);
+  DeclareField(app, program.field);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -472,6 +524,19 @@ int Main(int argc, char** argv) {
   if (*program.backup || *program.restore || *program.verify) return Operate(program);
   if (*program.salvage) return Salvage(program);
   if (*program.token) return MakeTokenLine(program);
+  if (program.field.given()) {
+    if (absl::Status fits = CheckFieldOptions(app); !fits.ok()) return Failed(fits);
+    program.data = FieldData(app, program);
+    if (program.data.empty()) {
+      return Failed(absl::InvalidArgumentError("name a folder to keep jobs in: --data"));
+    }
+    if (program.field.only_devices()) {
+      const absl::Status done = RunOnDevices(program.field, program.data);
+      return done.ok() ? 0 : Failed(done);
+    }
+    // Its own command line comes by a socket; what else is to be served has to be said.
+    if (app.get_option("--listen")->count() == 0) program.server.listen.clear();
+  }
   if (!program.healthcheck.empty()) {
     const absl::Status healthy = CheckHealth(program.healthcheck);
     if (healthy.ok()) return 0;

@@ -112,17 +112,21 @@ absl::StatusOr<PageFiles> PageFiles::Read(const std::string& folder) {
     }
     const std::string path =
         absl::StrCat("/", at->path().lexically_relative(folder).generic_string());
-    File& made = page.files_[path];
-    made.type = TypeOfFile(path);
-    made.etag = absl::BytesToHexString(bytes::Sha256::Of(content).substr(0, kEtagBytes));
-    made.immutable = absl::StartsWith(path, kAssets);
-    made.compressed = Compressed(content);
-    made.plain = std::make_shared<const std::string>(std::move(content));
+    page.Add(path, TypeOfFile(path), std::move(content));
+    page.files_[path].immutable = absl::StartsWith(path, kAssets);
   }
   if (error || page.files_.find(kIndex) == page.files_.end()) {
     return absl::NotFoundError(absl::StrCat(folder, " holds no page: there is no index.html"));
   }
   return page;
+}
+
+void PageFiles::Add(const std::string& path, const std::string& type, std::string content) {
+  File& made = files_[path];
+  made.type = type;
+  made.etag = absl::BytesToHexString(bytes::Sha256::Of(content).substr(0, kEtagBytes));
+  made.compressed = Compressed(content);
+  made.plain = std::make_shared<const std::string>(std::move(content));
 }
 
 Response PageFiles::Answer(const Request& request) const {
@@ -134,7 +138,7 @@ Response PageFiles::Answer(const Request& request) const {
   const absl::string_view path = request.path();
   const auto found = files_.find(path == "/" ? kIndex : path);
   if (found == files_.end()) {
-    if (files_.empty() && path == "/") {
+    if (path == "/") {
       return TextResponse(404,
                           "this server has the API, but no page: './dev build web' makes one, and "
                           "--web-root names its folder");

@@ -21,6 +21,9 @@ class PageFiles {
   // FAILED_PRECONDITION: more than 64 MiB or 4096 files, so it is no page. Names the folder.
   static absl::StatusOr<PageFiles> Read(const std::string& folder);
 
+  // One more file, which a browser asks for anew each time; whatever had its path is no more.
+  void Add(const std::string& path, const std::string& type, std::string content);
+
   size_t size() const { return files_.size(); }
   // To GET and HEAD; other methods get 405.
   Response Answer(const Request& request) const;

@@ -333,11 +333,26 @@ class InstallTest(ContainerTest):
               "for i in $(seq 100); do vantage health 2>/dev/null && exit 0; sleep 0.2; done; "
               "exit 1")
         self.check_proxy_under_systemd(shell)
+        self.check_field(shell)
         # A changed configuration outlives the package; the data outlive its configuration.
         shell("echo '# mine' >>/etc/vantage/vantaged.toml; apt-get -q remove -y vantage-server; "
               "grep -q mine /etc/vantage/vantaged.toml; test ! -e /usr/bin/vantaged")
         shell("dpkg --purge vantage-server; test ! -e /etc/vantage/vantaged.toml; "
               "test -s /var/lib/vantage/logs.sqlite")
+
+    def check_field(self, shell):
+        """A crew's laptop, beside the service: the page, the libraries and the client are there."""
+        shell("systemd-run --unit=site --collect vantaged field --data /tmp/site --port 7543; "
+              "for i in $(seq 100); do journalctl -u site | grep -q '#token=' && exit 0; "
+              "sleep 0.2; done; journalctl -u site; exit 1")
+        told = shell("journalctl -u site -o cat")
+        self.assertIn("https://127.0.0.1:7543/#token=", told)
+        self.assertIn("no network", told)
+        command, = re.findall(r"^ *(vantage --server .*)$", told, re.MULTILINE)
+        shell(command.replace("session list", "session create site"))
+        self.assertIn("site", shell(command))
+        shell("vantaged field pair two --data /tmp/site | grep -q '#token='; "
+              "systemctl stop site; test -s /tmp/site/field/authority.crt")
 
     def check_proxy_under_systemd(self, shell):
         """Not started without a certificate; with one and callers, by the page's own commands."""

@@ -150,6 +150,17 @@ TEST_F(PageFilesTest, AFolderThatIsNoPageIsRefused) {
   EXPECT_TRUE(absl::IsFailedPrecondition(PageFiles::Read(base_ + "/page").status()));
 }
 
+TEST_F(PageFilesTest, AFileMayBeAddedAlsoWhereThereIsNoPage) {
+  PageFiles page;
+  page.Add("/authority.crt", "application/x-x509-ca-cert", std::string("\0der", 4));
+  const Response added = Get(page, "/authority.crt");
+  EXPECT_EQ(added.status, 200);
+  EXPECT_EQ(*added.body, std::string("\0der", 4));
+  EXPECT_EQ(FieldOf(added, "content-type"), "application/x-x509-ca-cert");
+  EXPECT_EQ(FieldOf(added, "cache-control"), "no-cache");
+  EXPECT_THAT(*Get(page, "/").body, HasSubstr("--web-root"));
+}
+
 TEST_F(PageFilesTest, WithoutAPageItSaysHowToGetOne) {
   const Response none = Get(PageFiles(), "/");
   EXPECT_EQ(none.status, 404);
