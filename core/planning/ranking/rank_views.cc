@@ -24,6 +24,7 @@ constexpr double kWallReach = 20.0;  // m
 constexpr int kWallRays = 72;        // around the horizon
 constexpr int kWallSupport = 3;      // rays that must meet a plane for it to be a wall
 constexpr float kWallTilt = 0.3f;    // |nz| of a wall at most
+constexpr double kOneWall = 3;       // voxels, between planes of one wall
 
 const char* AxisName(const Eigen::Vector3d& direction) {
   if (std::abs(direction.x()) >= std::abs(direction.y())) {
@@ -38,20 +39,42 @@ struct Wall {
   int support = 0;
 };
 
+// What is measured where a ray from `position` along a unit vector leaves what is known to be
+// empty.
+std::optional<model::SurfaceVoxel> SurfaceTowards(const model::PlanningView& model,
+                                                  const Eigen::Vector3d& position,
+                                                  const Eigen::Vector3d& direction) {
+  const double h = model.voxel_size();
+  std::optional<model::SurfaceVoxel> hit;
+  visibility::WalkVoxels(position / h, (position + kWallReach * direction) / h,
+                         [&](const model::VoxelIndex& v, double) {
+                           if (model.Empty(v)) return true;
+                           if (model.State(v) == model::VoxelState::kTrueSurface) {
+                             hit = model.Surface(v);
+                           }
+                           return false;
+                         });
+  return hit;
+}
+
+// Whether a tape along the offset ends at the wall: its plane may be met beside its end, in a
+// doorway.
+bool TapeEndsAt(const model::PlanningView& model, const Eigen::Vector3d& position,
+                const WallOffset& offset) {
+  const auto hit = SurfaceTowards(model, position, -offset.wall_normal);
+  return hit.has_value() &&
+         std::abs(offset.wall_normal.dot(position - hit->centroid.cast<double>()) -
+                  offset.distance) < kOneWall * model.voxel_size();
+}
+
 // The walls that are visible at the height of `position`, in the order of the rays.
 std::vector<Wall> WallsAround(const model::PlanningView& model, const Eigen::Vector3d& position) {
   std::vector<Wall> walls;
   const double h = model.voxel_size();
   for (int i = 0; i < kWallRays; ++i) {
     const double azimuth = 2 * sensor::kPi * i / kWallRays;
-    const Eigen::Vector3d to =
-        position + kWallReach * Eigen::Vector3d(std::cos(azimuth), std::sin(azimuth), 0);
-    std::optional<model::SurfaceVoxel> hit;
-    visibility::WalkVoxels(position / h, to / h, [&](const model::VoxelIndex& v, double) {
-      if (model.Empty(v)) return true;
-      if (model.State(v) == model::VoxelState::kTrueSurface) hit = model.Surface(v);
-      return false;
-    });
+    const auto hit =
+        SurfaceTowards(model, position, Eigen::Vector3d(std::cos(azimuth), std::sin(azimuth), 0));
     if (!hit.has_value() || std::abs(hit->normal.z()) > kWallTilt) continue;
     Eigen::Vector3d normal = hit->normal.cast<double>();
     normal.z() = 0;
@@ -61,7 +84,7 @@ std::vector<Wall> WallsAround(const model::PlanningView& model, const Eigen::Vec
     if (distance <= 0) continue;
     const auto same = std::find_if(walls.begin(), walls.end(), [&](const Wall& wall) {
       return wall.offset.wall_normal.dot(normal) > 0.95 &&
-             std::abs(wall.offset.distance - distance) < 3 * h;
+             std::abs(wall.offset.distance - distance) < kOneWall * h;
     });
     if (same != walls.end()) {
       ++same->support;
@@ -178,7 +201,7 @@ LocationDescription DescribeLocation(const PlanningProblem& problem, const Ranke
   const auto best = [&](const WallOffset* other) {
     const Wall* found = nullptr;
     for (const Wall& wall : walls) {
-      if (wall.support < kWallSupport) continue;
+      if (wall.support < kWallSupport || !TapeEndsAt(model, view.position, wall.offset)) continue;
       if (other != nullptr && std::abs(wall.offset.wall_normal.dot(other->wall_normal)) > 0.5) {
         continue;
       }
