@@ -1,5 +1,13 @@
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
 #include <filesystem>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -7,7 +15,9 @@
 #include "client/cli/file_flags.h"
 #include "client/cli/reading_progress.h"
 #include "client/cli/scan_sending.h"
+#include "client/cli/terminal.h"
 #include "client/library/error.h"
+#include "client/library/resource_names.h"
 
 namespace vantage::cli {
 namespace {
@@ -21,7 +31,93 @@ struct ScanPushArguments {
   std::string replaces;
   bool preview = false;
   bool no_wait = false;
+  bool on_server = false;
 };
+
+// A file's bytes, where they lie.
+class MappedFile {
+ public:
+  static absl::StatusOr<MappedFile> Open(const std::string& path) {
+    const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (descriptor < 0) return absl::ErrnoToStatus(errno, absl::StrCat(path, ": cannot open"));
+    struct stat about {};
+    MappedFile file;
+    if (fstat(descriptor, &about) == 0 && S_ISREG(about.st_mode) && about.st_size > 0) {
+      file.size_ = static_cast<size_t>(about.st_size);
+      file.bytes_ = mmap(nullptr, file.size_, PROT_READ, MAP_PRIVATE, descriptor, 0);
+    }
+    close(descriptor);
+    if (file.bytes_ == MAP_FAILED) {
+      return absl::InvalidArgumentError(absl::StrCat(path, ": it is empty, or no regular file"));
+    }
+    return file;
+  }
+  MappedFile(MappedFile&& other) noexcept
+      : bytes_(std::exchange(other.bytes_, MAP_FAILED)), size_(other.size_) {}
+  MappedFile& operator=(MappedFile&&) = delete;
+  ~MappedFile() {
+    if (bytes_ != MAP_FAILED) munmap(bytes_, size_);
+  }
+  absl::string_view bytes() const { return {static_cast<const char*>(bytes_), size_}; }
+
+ private:
+  MappedFile() = default;
+  void* bytes_ = MAP_FAILED;
+  size_t size_ = 0;
+};
+
+// Sends the file as it is; the server reads it.
+absl::StatusOr<ExitCode> PushForServer(Environment& environment, const ScanPushArguments& arguments,
+                                       const std::string& path) {
+  const absl::StatusOr<MappedFile> file = MappedFile::Open(path);
+  if (!file.ok()) return file.status();
+  const std::filesystem::path name(path);
+  v1::Upload upload;
+  upload.set_display_name(arguments.name.empty() ? name.stem().string() : arguments.name);
+  absl::Status described = DescribeFile(arguments.flags, arguments.file, upload);
+  if (!described.ok()) return described;
+  upload.mutable_file()->set_name(name.filename().string());
+  upload.set_preview(arguments.preview);
+  if (!arguments.replaces.empty()) {
+    upload.set_replaces(
+        absl::StrCat(client::SessionName(arguments.flags.session), "/scans/", arguments.replaces));
+  }
+  ProgressLine line;
+  const auto sent = environment.client().UploadFile(
+      client::SessionName(arguments.flags.session), upload, file->bytes(),
+      [&](const client::UploadProgress& p) {
+        line.Show(absl::StrCat(path, ": ", p.acknowledged_bytes / 1'000'000, " of ",
+                               p.total_bytes / 1'000'000, " MB sent"));
+      },
+      [&](const v1::Upload& reading) {
+        line.Show(absl::StrCat(path, ": read on the server, ", reading.scans_size(), " of ",
+                               reading.setup_count(), " scans ", reading.state_message()));
+      });
+  line.Clear();
+  if (!sent.ok()) return sent.status();
+  if (!sent->state_message().empty()) {
+    std::fprintf(stderr, "%s: %s\n", path.c_str(), sent->state_message().c_str());
+  }
+  ExitCode code = ExitCode::kOk;
+  for (const std::string& scan_name : sent->scans()) {
+    v1::GetScanRequest get;
+    get.set_name(scan_name);
+    absl::StatusOr<v1::Scan> scan = absl::InternalError("");
+    if (arguments.no_wait) {
+      const auto got = environment.client().Call(get);
+      if (!got.ok()) return got.status();
+      scan = got->scan();
+    } else {
+      scan = environment.client().WaitForScan(scan_name, [](const v1::Scan&) {});
+    }
+    if (!scan.ok()) return scan.status();
+    Sending sending;
+    sending.name = scan->display_name();
+    sending.preview = arguments.preview;
+    if (ReportSent(arguments.flags, sending, *scan) != ExitCode::kOk) code = ExitCode::kUnwelcome;
+  }
+  return code;
+}
 
 absl::StatusOr<ExitCode> RunScanPush(Environment& environment, const ScanPushArguments& arguments) {
   const bool of_one = !arguments.name.empty() || !arguments.flags.pose.prior.empty() ||
@@ -35,6 +131,12 @@ absl::StatusOr<ExitCode> RunScanPush(Environment& environment, const ScanPushArg
   if (arguments.files.size() > 1 && of_one) return several("and there are several files");
   ExitCode code = ExitCode::kOk;
   for (const std::string& path : arguments.files) {
+    if (arguments.on_server) {
+      const auto pushed = PushForServer(environment, arguments, path);
+      if (!pushed.ok() || *pushed != ExitCode::kOk) code = ExitCode::kUnwelcome;
+      if (!pushed.ok()) return pushed.status();
+      continue;
+    }
     const ReadingProgress reading(std::filesystem::path(path).filename().string());
     auto file = sensor::ConfinedScanFile::Open(path, StationOf(arguments.file),
                                                arguments.file.reader, reading.Watch());
@@ -82,7 +184,8 @@ void AddScanPush(CLI::App& parent, Environment& environment) {
       "  vantage scan push flat scan2.ptx scan3.ptx --prior-file poses.txt\n"
       "  vantage scan push hall s7.ptx --prior-file network.txt --trusted --sigma 0.004,0.02\n"
       "  vantage scan push corridor s3.ptx --prior 12,0,0,90 --targets targets.txt\n"
-      "  vantage scan push flat scan4.e57 --preview; vantage scan push flat scan4.e57",
+      "  vantage scan push flat scan4.e57 --preview; vantage scan push flat scan4.e57\n"
+      "  vantage scan push flat scan5.e57 --on-server",
       [](CLI::App& command, ScanPushArguments& a) {
         command.add_option("SESSION", a.flags.session, "The job")->required();
         command.add_option("FILE", a.files, "Scan files, pushed one after the other")->required();
@@ -93,6 +196,13 @@ void AddScanPush(CLI::App& parent, Environment& environment) {
             ->check(CLI::Range(size_t{1}, size_t{1'000'000}));
         AddFileFlags(command, a.file);
         AddAppearanceFlag(command, a.file);
+        command
+            .add_flag("--on-server", a.on_server,
+                      "Send the file as it is, and have the server read it: for machines with "
+                      "little memory")
+            ->excludes("--setup")
+            ->excludes(command.get_option("--reader-memory"))
+            ->excludes(command.get_option("--reader-seconds"));
         command.add_option("--name", a.name, "Name for people [the file's]");
         CLI::Option* preview =
             command.add_flag("--preview", a.preview,

@@ -26,20 +26,15 @@ namespace {
 // Of loose points that lie apart: five times what one station has at its edges (point_cloud.cc).
 constexpr double kSeveralStations = 0.01;
 
-absl::StatusOr<v1::Upload> Describe(const SendingFlags& flags, const std::string& name,
-                                    const sensor::ImportedScan& scan) {
-  v1::Upload upload;
-  upload.set_display_name(name);
+// What the flags say of an upload that has its name. `stated`: the pose that the file states.
+absl::Status DescribeByFlags(const SendingFlags& flags,
+                             const std::optional<Eigen::Isometry3d>& stated, v1::Upload& upload) {
+  const std::string& name = upload.display_name();
   if (!flags.by.empty()) {
     upload.set_scanner(client::ScannerName(flags.session, flags.by));
   }
-  if (flags.scanner.empty()) {
-    *upload.mutable_scanner_model() = client::ToProto(scan.scanner, "from-file");
-  } else {
-    upload.set_scanner_model_id(flags.scanner);
-  }
-  const auto prior =
-      PriorFrom(flags.pose, name, flags.ignore_file_pose ? std::nullopt : scan.T_world_scan);
+  if (!flags.scanner.empty()) upload.set_scanner_model_id(flags.scanner);
+  const auto prior = PriorFrom(flags.pose, name, stated);
   if (!prior.ok()) return prior.status();
   if (*prior) *upload.mutable_prior() = client::ToProto(**prior);
   if (!flags.targets.empty()) {
@@ -51,6 +46,19 @@ absl::StatusOr<v1::Upload> Describe(const SendingFlags& flags, const std::string
       if (flags.target_sigma) added.set_sigma_m(*flags.target_sigma);
     }
   }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<v1::Upload> Describe(const SendingFlags& flags, const std::string& name,
+                                    const sensor::ImportedScan& scan) {
+  v1::Upload upload;
+  upload.set_display_name(name);
+  if (flags.scanner.empty()) {
+    *upload.mutable_scanner_model() = client::ToProto(scan.scanner, "from-file");
+  }
+  const absl::Status described =
+      DescribeByFlags(flags, flags.ignore_file_pose ? std::nullopt : scan.T_world_scan, upload);
+  if (!described.ok()) return described;
   return upload;
 }
 
@@ -84,6 +92,21 @@ absl::StatusOr<std::vector<v1::Scan>> ScansOf(Environment& environment,
       });
   if (!listed.ok()) return listed;
   return scans;
+}
+
+absl::Status DescribeFile(const SendingFlags& flags, const FileFlags& file, v1::Upload& upload) {
+  if (absl::Status described = DescribeByFlags(flags, std::nullopt, upload); !described.ok()) {
+    return described;
+  }
+  v1::ScanFile& sent = *upload.mutable_file();
+  if (const auto station = StationOf(file)) *sent.mutable_station() = client::ToProto(*station);
+  const sensor::ImportLimits limits = LimitsOf(file);
+  sent.set_unit_m(limits.unit);
+  sent.set_intensity(limits.appearance.intensity);
+  sent.set_colour(limits.appearance.colour);
+  sent.set_ignore_poses(flags.ignore_file_pose);
+  sent.set_preview_step_rad(sensor::Radians(flags.preview_step));
+  return absl::OkStatus();
 }
 
 std::string NameOf(const std::string& path, const sensor::ConfinedScanFile& file, size_t setup) {

@@ -10,10 +10,12 @@
 
 #include "absl/status/statusor.h"
 #include "client/cli/command.h"
+#include "client/cli/file_flags.h"
 #include "client/cli/pose_flags.h"
 #include "client/cli/reading_progress.h"
 #include "core/sensor/confined_scan_file.h"
 #include "vantage/v1/scan.pb.h"
+#include "vantage/v1/upload.pb.h"
 
 namespace vantage::cli {
 
@@ -45,6 +47,9 @@ struct Sending {
 // Reads a set-up, sends it with a progress line, and returns the scan that it became.
 absl::StatusOr<v1::Scan> Send(Environment& environment, const SendingFlags& flags,
                               const Sending& sending, sensor::ConfinedScanFile& file, size_t setup);
+
+// What flags say of a file that the server reads, for an upload with a name.
+absl::Status DescribeFile(const SendingFlags& flags, const FileFlags& file, v1::Upload& upload);
 
 // What a set-up is called where no name is given: as the file, if it has one set-up; else as the
 // file calls it, where no two are called the same.

@@ -27,6 +27,8 @@ const char* UploadWord(v1::UploadState state) {
       return "expired";
     case v1::UPLOAD_STATE_ABORTED:
       return "given up";
+    case v1::UPLOAD_STATE_READING:
+      return "being read";
     default:
       return "?";
   }
@@ -36,7 +38,10 @@ absl::StatusOr<ExitCode> RunUploadList(Environment& environment,
                                        const UploadListArguments& arguments) {
   v1::ListUploadsRequest request;
   request.set_parent(client::SessionName(arguments.session));
-  if (!arguments.all) request.add_states(v1::UPLOAD_STATE_OPEN);
+  if (!arguments.all) {
+    request.add_states(v1::UPLOAD_STATE_OPEN);
+    request.add_states(v1::UPLOAD_STATE_READING);
+  }
   v1::ListUploadsResponse all;
   const absl::Status listed =
       environment.client().CallForPages(request, [&](const v1::ListUploadsResponse& page) {
@@ -57,7 +62,8 @@ absl::StatusOr<ExitCode> RunUploadList(Environment& environment,
     table.Add({client::IdOf(upload.name()), UploadWord(upload.state()),
                Bytes(static_cast<double>(upload.next_offset())),
                upload.has_total() ? Bytes(total) : "?", client::IdOf(upload.scan()),
-               Time(upload.create_time()), upload.display_name()});
+               Time(upload.create_time()),
+               upload.display_name().empty() ? upload.file().name() : upload.display_name()});
   }
   std::fputs(table.ToString().c_str(), stdout);
   return ExitCode::kOk;

@@ -109,9 +109,17 @@ std::string Words(const v1::SessionEvent& event) {
     case v1::SessionEvent::kUploadCreated:
       return absl::StrCat("upload ", client::IdOf(event.upload_created().upload().name()),
                           " begun");
-    case v1::SessionEvent::kUploadEnded:
-      return absl::StrCat("upload ", client::IdOf(event.upload_ended().upload().name()),
-                          " ended: ", event.upload_ended().upload().state_message());
+    case v1::SessionEvent::kUploadReceived:
+      return absl::StrCat("upload ", client::IdOf(event.upload_received().upload().name()),
+                          " is here, and its file is read");
+    case v1::SessionEvent::kUploadEnded: {
+      const v1::Upload& upload = event.upload_ended().upload();
+      const std::string how = upload.state() == v1::UPLOAD_STATE_COMMITTED
+                                  ? absl::StrCat("became ", upload.scans_size(), " scans")
+                                  : std::string("ended");
+      return absl::StrCat("upload ", client::IdOf(upload.name()), " ", how,
+                          upload.state_message().empty() ? "" : ": ", upload.state_message());
+    }
     case v1::SessionEvent::kScanRemoved:
       return absl::StrFormat("%s; model version %d",
                              ScanWords(event.scan_removed().scan(), "left the model"),

@@ -110,6 +110,14 @@ class Client {
                                      const sensor::RangeImage& image,
                                      absl::FunctionRef<void(const UploadProgress&)> progress);
 
+  // The same of a file, of which the server makes a scan for each set-up (`upload.file`). Returns
+  // the upload as it ended, with its scans. `bytes`: all of the file. `reading` is called about
+  // twice a second while the server reads it. FAILED_PRECONDITION: no scan came of it.
+  absl::StatusOr<v1::Upload> UploadFile(const std::string& session, v1::Upload upload,
+                                        absl::string_view bytes,
+                                        absl::FunctionRef<void(const UploadProgress&)> progress,
+                                        absl::FunctionRef<void(const v1::Upload&)> reading);
+
   // Delivers every event of the session after a sequence number, until `on_event` returns false.
   // Resumes after breaks.
   absl::Status WatchSession(const std::string& session, uint64_t after_sequence,
@@ -149,6 +157,11 @@ class Client {
   absl::StatusOr<Health> CheckHealth(const std::string& service);
 
  private:
+  // Sends all of it; the upload as it is then.
+  absl::StatusOr<v1::Upload> Send(const std::string& session, v1::Upload upload,
+                                  absl::string_view bytes,
+                                  absl::FunctionRef<void(const UploadProgress&)> on_progress);
+
   std::unique_ptr<Wire> wire_;
 };
 

@@ -20,6 +20,8 @@ namespace {
 constexpr int64_t kPieceBytes = 256 << 10;
 // The server speaks at least every 5 s: a link silent for longer than this is dead.
 constexpr double kSilenceSeconds = 9;
+// How often one asks how far the server has read a file.
+constexpr double kLookSeconds = 0.5;
 
 using UploadStream = grpc::ClientReaderWriter<v1::UploadScanRequest, v1::UploadScanResponse>;
 
@@ -182,15 +184,30 @@ absl::Status UploadFailed(const v1::Upload& upload) {
                  "push the scan again; if it is refused again, the file or its import is at fault");
 }
 
+// The server's words name the file, and what helps.
+absl::Status FileRefused(const v1::Upload& upload) {
+  return absl::FailedPreconditionError(upload.state_message().empty()
+                                           ? "the server took no scan from the file"
+                                           : upload.state_message());
+}
+
 // True when the scan has to be sent once more, since the upload or the scan that it became is gone.
 absl::StatusOr<bool> MayComeAgain(Client& client, const v1::Upload& upload) {
-  if (upload.state() == v1::UPLOAD_STATE_OPEN) return false;
+  if (upload.state() == v1::UPLOAD_STATE_OPEN || upload.state() == v1::UPLOAD_STATE_READING) {
+    return false;
+  }
   if (upload.state() != v1::UPLOAD_STATE_COMMITTED) return true;
-  v1::GetScanRequest get;
-  get.set_name(upload.scan());
-  const auto scan = client.Call(get);
-  if (!scan.ok()) return scan.status();
-  return scan->scan().state() == v1::SCAN_STATE_WITHDRAWN;
+  // Those of a file are all in the list, the one of a range image is not.
+  std::vector<std::string> scans(upload.scans().begin(), upload.scans().end());
+  if (scans.empty()) scans.push_back(upload.scan());
+  for (const std::string& name : scans) {
+    v1::GetScanRequest get;
+    get.set_name(name);
+    const auto scan = client.Call(get);
+    if (!scan.ok()) return scan.status();
+    if (scan->scan().state() != v1::SCAN_STATE_WITHDRAWN) return false;
+  }
+  return true;
 }
 
 // The upload is named by its content. So the same scan for the same session is the same upload,
@@ -217,11 +234,42 @@ absl::StatusOr<std::string> Client::Upload(
     const std::string& session, v1::Upload upload, const sensor::RangeImage& image,
     absl::FunctionRef<void(const UploadProgress&)> on_progress) {
   if (absl::Status valid = image.Validate(); !valid.ok()) return valid;
-  const std::string bytes = sensor::EncodeRangeImage(image);
+  const auto sent = Send(session, std::move(upload), sensor::EncodeRangeImage(image), on_progress);
+  if (!sent.ok()) return sent.status();
+  return sent->scan();
+}
+
+absl::StatusOr<v1::Upload> Client::UploadFile(
+    const std::string& session, v1::Upload upload, absl::string_view bytes,
+    absl::FunctionRef<void(const UploadProgress&)> on_progress,
+    absl::FunctionRef<void(const v1::Upload&)> reading) {
+  absl::StatusOr<v1::Upload> state = Send(session, std::move(upload), bytes, on_progress);
+  Resumption resumption(wire_->options.give_up_after);
+  while (state.ok() && state->state() == v1::UPLOAD_STATE_READING) {
+    reading(*state);
+    SleepSeconds(kLookSeconds);
+    v1::GetUploadRequest get;
+    get.set_name(state->name());
+    auto now = Call(get);
+    if (now.ok()) {
+      resumption.Progress();
+      *state = std::move(*now->mutable_upload());
+    } else if (absl::Status resumed = resumption.AfterBreak(now.status()); !resumed.ok()) {
+      return resumed;
+    }
+  }
+  if (state.ok() && state->state() != v1::UPLOAD_STATE_COMMITTED) return FileRefused(*state);
+  return state;
+}
+
+absl::StatusOr<v1::Upload> Client::Send(
+    const std::string& session, v1::Upload upload, absl::string_view bytes,
+    absl::FunctionRef<void(const UploadProgress&)> on_progress) {
   upload.mutable_total()->set_encoded_size_bytes(static_cast<int64_t>(bytes.size()));
   upload.mutable_total()->set_sha256(bytes::Sha256::Of(bytes));
   v1::CreateUploadRequest create;
   create.set_parent(session);
+  const bool upload_has_file = upload.has_file();
   *create.mutable_upload() = std::move(upload);
 
   UploadProgress progress;
@@ -240,12 +288,13 @@ absl::StatusOr<std::string> Client::Upload(
   }
   v1::Upload state = *std::move(begun);
   while (true) {
-    if (state.state() == v1::UPLOAD_STATE_COMMITTED) {
+    if (state.state() == v1::UPLOAD_STATE_COMMITTED || state.state() == v1::UPLOAD_STATE_READING) {
       progress.acknowledged_bytes = progress.total_bytes;
       progress.committed = true;
       on_progress(progress);
-      return state.scan();
+      return state;
     }
+    if (upload_has_file && state.state() == v1::UPLOAD_STATE_FAILED) return state;
     if (state.state() != v1::UPLOAD_STATE_OPEN) return UploadFailed(state);
 
     const int64_t before = state.next_offset();

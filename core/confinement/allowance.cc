@@ -22,13 +22,16 @@ uint64_t MachineBytes() {
 Allowance AllowanceOf(uint64_t file_bytes, uint64_t memory_bytes,
                       const AllowanceSettings& settings) {
   Allowance allowance;
-  allowance.memory_bytes = settings.memory_mb ? static_cast<uint64_t>(*settings.memory_mb * 1e6)
-                                              : std::min(memory_bytes, MachineBytes());
+  allowance.memory_bytes = settings.memory_mb
+                               ? static_cast<uint64_t>(*settings.memory_mb * 1e6)
+                               : std::min({memory_bytes, MachineBytes(),
+                                           settings.most_memory_bytes.value_or(~uint64_t{0})});
   allowance.seconds =
       settings.seconds.value_or(kLeastSeconds + kSecondsOfByte * static_cast<double>(file_bytes));
   allowance.stall_seconds = std::min(allowance.stall_seconds, 2 * allowance.seconds);
   allowance.memory_option = settings.memory_option;
   allowance.seconds_option = settings.seconds_option;
+  allowance.given_up = settings.given_up;
   return allowance;
 }
 

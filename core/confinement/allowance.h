@@ -3,6 +3,7 @@
 #define VANTAGE_CORE_CONFINEMENT_ALLOWANCE_H_
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -14,12 +15,17 @@ struct Allowance {
   double stall_seconds = 60;   // by the clock, without a word and without use of a processor
   std::string memory_option;   // what raises them, for errors: an option of the command line
   std::string seconds_option;  // or a key of the configuration
+  // Asked at least ten times a second, on the thread that waits: true ends the reader (CANCELLED).
+  std::function<bool()> given_up;  // may be null
 };
 
 // What somebody allows in place of what follows from the file.
 struct AllowanceSettings {
   std::optional<double> memory_mb;  // 1e6 bytes
   std::optional<double> seconds;
+  // Of what follows from the file no more than this, where the machine has more.
+  std::optional<uint64_t> most_memory_bytes;
+  std::function<bool()> given_up;  // as Allowance::given_up
   std::string memory_option = "--reader-memory";
   std::string seconds_option = "--reader-seconds";
 };

@@ -22,6 +22,7 @@
 #include <thread>
 #include <vector>
 
+#include "absl/strings/cord.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/confinement/descriptor.h"
@@ -99,9 +100,29 @@ std::string Named(int signal) {
   return absl::StrCat("signal ", signal, name == nullptr ? "" : absl::StrCat(" (", name, ")"));
 }
 
+constexpr char kBeyond[] = "vantage/beyond-allowance";  // a payload
+
+absl::Status Beyond(std::string message) {
+  absl::Status status = absl::InvalidArgumentError(message);
+  status.SetPayload(kBeyond, absl::Cord());
+  return status;
+}
+
 constexpr char kWhy[] = "the file is damaged, or an attack";
 
 }  // namespace
+
+bool IsBeyondAllowance(const absl::Status& status) {
+  return status.GetPayload(kBeyond).has_value();
+}
+
+absl::Status Reworded(const absl::Status& status, absl::string_view message) {
+  absl::Status reworded(status.code(), message);
+  status.ForEachPayload([&](absl::string_view type, const absl::Cord& payload) {
+    reworded.SetPayload(type, payload);
+  });
+  return reworded;
+}
 
 class Child::Process {
  public:
@@ -181,6 +202,9 @@ class Child::Process {
   }
 
   absl::Status CheckBounds(const Allowance& allowance, Clock::time_point now) {
+    if (allowance.given_up && allowance.given_up()) {
+      return absl::CancelledError("its reader was given up");
+    }
     if (waited_ > 2 * allowance.seconds) return OverTime(allowance);
     if (!kSanitized || Seconds(now - measured_).count() * 1e3 < kLook) return absl::OkStatus();
     measured_ = now;
@@ -211,13 +235,13 @@ class Child::Process {
 
  public:
   static absl::Status OverTime(const Allowance& allowance) {
-    return absl::InvalidArgumentError(absl::StrFormat(
+    return Beyond(absl::StrFormat(
         "its reader took longer than %.0f s and was ended: %s; if it is neither, %s allows more "
         "seconds",
         allowance.seconds, kWhy, allowance.seconds_option));
   }
   static absl::Status OverMemory(const Allowance& allowance) {
-    return absl::InvalidArgumentError(absl::StrFormat(
+    return Beyond(absl::StrFormat(
         "its reader needs more than %.0f MB of memory: %s; if it is neither, %s allows more "
         "megabytes",
         1e-6 * static_cast<double>(allowance.memory_bytes), kWhy, allowance.memory_option));
@@ -288,6 +312,10 @@ absl::Status Child::AwaitReady() {
                 {}, 0);
   absl::Status ready = answer.ReadReady();
   if (ready.ok()) return ready;
+  if (absl::IsCancelled(ready)) {
+    process_ = nullptr;
+    return ready;
+  }
   if (answer.fault() == Answer::Fault::kUnconfined) {
     process_ = nullptr;
     return absl::FailedPreconditionError(absl::StrCat(

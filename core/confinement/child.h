@@ -20,6 +20,11 @@
 
 namespace vantage::confinement {
 
+// Whether an error of Child::Ask() says that the reader took more memory or time than is allowed.
+bool IsBeyondAllowance(const absl::Status& status);
+// The same code and payloads with other words.
+absl::Status Reworded(const absl::Status& status, absl::string_view message);
+
 // The program that runs is executed again, as the same file even where that was replaced since, and
 // confined (confine.h) before it reads a byte. It ends with this object, with the thread that
 // started it, and with this process. Not thread safe; any number of them may run.
@@ -30,6 +35,7 @@ class Child {
 
   // `reader`: the name of one that main() hands to RunIfReader(). `file`: open for reading; the
   // caller keeps it. FAILED_PRECONDITION: this machine cannot confine it, or executes nothing.
+  // CANCELLED as of Ask().
   static absl::StatusOr<Child> Start(const char* reader, int file, const Allowance& allowance);
   Child(Child&&) noexcept;
   Child& operator=(Child&&) noexcept;
@@ -39,8 +45,9 @@ class Child {
   // error. `question`: at most kMaxQuestionBytes.
   // What the reader refuses: its own code and words, as of Answer::Read(). INVALID_ARGUMENT: it
   // ended by a signal or by itself, did what no reader does, took more memory or time than is
-  // allowed, or answered what makes no sense; FAILED_PRECONDITION: it was ended from outside. After
-  // those there is no reader any more. Messages begin with "its reader" and name no file.
+  // allowed, or answered what makes no sense; FAILED_PRECONDITION: it was ended from outside;
+  // CANCELLED: it was given up (Allowance::given_up). After those there is no reader any more.
+  // Messages begin with "its reader" and name no file.
   absl::Status Ask(absl::string_view question, const Reached& reached, Take take);
 
   // Whether it can be asked.

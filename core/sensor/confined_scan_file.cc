@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/confinement/allowance.h"
 #include "core/confinement/answer.h"
+#include "core/confinement/bulk.h"
 #include "core/sensor/scan_answer.h"
 
 namespace vantage::sensor {
@@ -32,6 +33,8 @@ uint64_t MemoryFor(uint64_t file_bytes) {
 struct Opening {
   uint32_t has_station = 0;
   uint32_t path_bytes = 0;
+  uint32_t by_content = 0;
+  uint32_t unused = 0;
   double station[3] = {};
 };
 
@@ -59,7 +62,9 @@ std::optional<T> Unpacked(absl::string_view bytes) {
   return value;
 }
 
-absl::StatusOr<ScanFile> OpenAsAsked(const std::string& question, confinement::Asker& asker) {
+// `refusal` is set where the content was asked for.
+absl::StatusOr<ScanFile> OpenAsAsked(const std::string& question, confinement::Asker& asker,
+                                     std::optional<FileRefusal>& refusal) {
   const auto opening = Unpacked<Opening>(absl::string_view(question).substr(0, sizeof(Opening)));
   if (!opening || question.size() != sizeof(Opening) + opening->path_bytes) {
     return absl::InternalError("asked to open nothing");
@@ -69,16 +74,22 @@ absl::StatusOr<ScanFile> OpenAsAsked(const std::string& question, confinement::A
   if (opening->has_station != 0) {
     station.emplace(opening->station[0], opening->station[1], opening->station[2]);
   }
-  return ScanFile::OfSource(path, station,
-                            bytes::ByteSource::Adopt(asker.file(), asker.file_bytes(), path),
-                            [&asker](uint64_t position, uint64_t) { asker.Reached(position); });
+  bytes::ByteSource source = bytes::ByteSource::Adopt(asker.file(), asker.file_bytes(), path);
+  const auto reached = [&asker](uint64_t position, uint64_t) { asker.Reached(position); };
+  if (opening->by_content == 0) {
+    return ScanFile::OfSource(path, station, std::move(source), reached);
+  }
+  return ScanFile::OfContent(path, station, std::move(source), refusal.emplace(FileRefusal::kNone),
+                             reached);
 }
 
 void ReadAsAsked(confinement::Asker& asker) {
   const std::optional<std::string> first = asker.Next();
   if (!first) return;
-  const absl::StatusOr<ScanFile> file = OpenAsAsked(*first, asker);
+  std::optional<FileRefusal> refusal;
+  const absl::StatusOr<ScanFile> file = OpenAsAsked(*first, asker, refusal);
   const auto say = [&](absl::string_view bytes) { asker.Say(bytes); };
+  if (refusal) confinement::SayValue(static_cast<uint32_t>(*refusal), say);
   if (file.ok()) SaySetups(file->setups(), say);
   asker.End(file.status());
   if (!file.ok()) return;
@@ -109,13 +120,28 @@ absl::StatusOr<ConfinedScanFile> ConfinedScanFile::Open(
   const uint64_t size = source->size();
   ConfinedScanFile file(path, station, confinement::AllowanceOf(size, MemoryFor(size), allowance),
                         reached, *std::move(source));
-  absl::StatusOr<std::vector<std::string>> setups = file.Start();
+  absl::StatusOr<std::vector<std::string>> setups = file.Start(nullptr);
   if (!setups.ok()) return setups.status();
   file.setups_ = *std::move(setups);
   return file;
 }
 
-absl::StatusOr<std::vector<std::string>> ConfinedScanFile::Start() {
+absl::StatusOr<ConfinedScanFile> ConfinedScanFile::OfContent(
+    const std::string& name, bytes::ByteSource source,
+    const std::optional<Eigen::Vector3d>& station, const confinement::AllowanceSettings& allowance,
+    FileRefusal& refusal, const ScanFile::Reached& reached) {
+  const uint64_t size = source.size();
+  ConfinedScanFile file(name.substr(0, kMaxName), station,
+                        confinement::AllowanceOf(size, MemoryFor(size), allowance), reached,
+                        std::move(source));
+  file.by_content_ = true;
+  absl::StatusOr<std::vector<std::string>> setups = file.Start(&refusal);
+  if (!setups.ok()) return setups.status();
+  file.setups_ = *std::move(setups);
+  return file;
+}
+
+absl::StatusOr<std::vector<std::string>> ConfinedScanFile::Start(FileRefusal* refusal) {
   absl::StatusOr<confinement::Child> reader =
       confinement::Child::Start(kReaderName, source_.descriptor(), allowance_);
   if (!reader.ok()) {
@@ -125,14 +151,23 @@ absl::StatusOr<std::vector<std::string>> ConfinedScanFile::Start() {
   reader_.emplace(*std::move(reader));
   Opening opening;
   opening.path_bytes = static_cast<uint32_t>(path_.size());
+  opening.by_content = by_content_ ? 1 : 0;
   if (station_) {
     opening.has_station = 1;
     std::copy(station_->data(), station_->data() + 3, opening.station);
   }
   std::vector<std::string> setups;
   const absl::Status asked = Ask(Packed(opening) + path_, [&](confinement::Answer& answer) {
-    auto heard =
-        HearSetups([&](char* to, size_t size) { return answer.Read(to, size); }, answer.left());
+    const auto hear = [&](char* to, size_t size) { return answer.Read(to, size); };
+    if (by_content_) {
+      uint32_t said = 0;
+      if (absl::Status heard = confinement::HearValue(hear, said); !heard.ok()) return heard;
+      if (said > static_cast<uint32_t>(FileRefusal::kStationMissing)) {
+        return absl::InvalidArgumentError("a refusal that there is not");
+      }
+      if (refusal != nullptr) *refusal = static_cast<FileRefusal>(said);
+    }
+    auto heard = HearSetups(hear, answer.left());
     if (!heard.ok()) return heard.status();
     setups = *std::move(heard);
     return absl::OkStatus();
@@ -148,12 +183,12 @@ absl::Status ConfinedScanFile::Ask(const std::string& question, confinement::Chi
   absl::Status asked = reader_->Ask(question, reached, take);
   // The reader's own words name the file already.
   if (asked.ok() || absl::StartsWith(asked.message(), path_)) return asked;
-  return {asked.code(), absl::StrCat(path_, ": ", asked.message())};
+  return confinement::Reworded(asked, absl::StrCat(path_, ": ", asked.message()));
 }
 
 absl::StatusOr<ImportedScan> ConfinedScanFile::Read(size_t setup, const ImportLimits& limits) {
   if (!reader_->alive()) {
-    const absl::StatusOr<std::vector<std::string>> setups = Start();
+    const absl::StatusOr<std::vector<std::string>> setups = Start(nullptr);
     if (!setups.ok()) return setups.status();
     if (*setups != setups_) {
       return absl::InvalidArgumentError(

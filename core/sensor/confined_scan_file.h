@@ -32,6 +32,14 @@ class ConfinedScanFile {
                                                const std::optional<Eigen::Vector3d>& station,
                                                const confinement::AllowanceSettings& allowance,
                                                const ScanFile::Reached& reached = {});
+  // As ScanFile::OfContent(). `name` is at most kMaxName bytes of it.
+  static absl::StatusOr<ConfinedScanFile> OfContent(const std::string& name,
+                                                    bytes::ByteSource source,
+                                                    const std::optional<Eigen::Vector3d>& station,
+                                                    const confinement::AllowanceSettings& allowance,
+                                                    FileRefusal& refusal,
+                                                    const ScanFile::Reached& reached = {});
+  static constexpr size_t kMaxName = 1024;
 
   const std::vector<std::string>& setups() const { return setups_; }
   // A reader that ended with one set-up is started anew for the next.
@@ -46,8 +54,8 @@ class ConfinedScanFile {
         allowance_(std::move(allowance)),
         reached_(std::move(reached)),
         source_(std::move(source)) {}
-  // The set-ups as a new reader lists them.
-  absl::StatusOr<std::vector<std::string>> Start();
+  // The set-ups as a new reader lists them. `refusal`: null, or where the content tells the format.
+  absl::StatusOr<std::vector<std::string>> Start(FileRefusal* refusal);
   absl::Status Ask(const std::string& question, confinement::Child::Take take);
 
   std::string path_;
@@ -55,6 +63,7 @@ class ConfinedScanFile {
   confinement::Allowance allowance_;
   ScanFile::Reached reached_;
   bytes::ByteSource source_;
+  bool by_content_ = false;
   std::optional<confinement::Child> reader_;
   std::vector<std::string> setups_;
 };

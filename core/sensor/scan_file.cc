@@ -1,5 +1,6 @@
 #include "core/sensor/scan_file.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <optional>
 #include <system_error>
@@ -34,28 +35,22 @@ std::string ExtensionOf(const std::string& path) {
   return absl::AsciiStrToLower(std::filesystem::path(path).extension().string());
 }
 
-// What vendors' own formats are exported as, by their programs.
-absl::Status NotRead(const std::string& path, absl::string_view extension) {
-  for (const absl::string_view vendor :
-       {".fls", ".fws", ".lgs", ".lgsx", ".ptg", ".rdb", ".rdbx", ".rxp", ".rcp", ".rcs", ".tzf",
-        ".tzs", ".zfs", ".zfprj"}) {
-    if (extension == vendor) {
-      return absl::UnimplementedError(
-          absl::StrCat(path,
-                       ": a vendor's own format is not read; export the scan from the "
-                       "vendor's program as structured E57 or PTX"));
-    }
+// Points of these formats do not say where they were seen from.
+bool NeedsStation(ScanFormat format) {
+  return format == ScanFormat::kLas || format == ScanFormat::kPly || format == ScanFormat::kXyz;
+}
+
+// What is wrong with a station that was given, of a format that may have one.
+absl::Status CheckStation(const std::string& path, ScanFormat format,
+                          const std::optional<Eigen::Vector3d>& station) {
+  if (station.has_value() && !NeedsStation(format) && format != ScanFormat::kPcd) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(path, ": it says itself where the scanner stood; leave out the station"));
   }
-  if (extension == ".laz") {
-    return absl::UnimplementedError(absl::StrCat(
-        path,
-        ": LAZ is compressed and not read; decompress it first ('laszip -i scan.laz -o scan.las' "
-        "or 'pdal translate scan.laz scan.las'), or export the scan as structured E57 or PTX"));
+  if (station.has_value() && !station->allFinite()) {
+    return absl::InvalidArgumentError(absl::StrCat(path, ": the station must be three numbers"));
   }
-  return absl::UnimplementedError(absl::StrCat(
-      path,
-      ": only .e57, .ptx, .pcd, .vrim, .las, .ply, .xyz, .pts, .asc, .csv and .txt files are read; "
-      "export the scan as structured E57 or PTX"));
+  return absl::OkStatus();
 }
 
 absl::StatusOr<bytes::ByteSource> OpenFile(const std::string& path) {
@@ -82,7 +77,7 @@ absl::StatusOr<ScanFile::Format> ScanFile::FormatOf(const std::string& path) {
   for (const auto& [ending, format] : kFormats) {
     if (extension == ending) return format;
   }
-  return NotRead(path, extension);
+  return absl::UnimplementedError(absl::StrCat(path, ": ", FormatNotRead(extension).message()));
 }
 
 absl::StatusOr<ScanFile> ScanFile::Open(const std::string& path,
@@ -97,20 +92,13 @@ absl::StatusOr<bytes::ByteSource> ScanFile::OpenSource(
     const std::string& path, const std::optional<Eigen::Vector3d>& station) {
   const absl::StatusOr<Format> format = FormatOf(path);
   if (!format.ok()) return format.status();
-  const bool needed = *format == Format::kLas || *format == Format::kPly || *format == Format::kXyz;
-  if (needed && !station.has_value()) {
+  if (NeedsStation(*format) && !station.has_value()) {
     return absl::InvalidArgumentError(absl::StrCat(
         path, ": points in ", ExtensionOf(path).substr(1),
         " do not say where they were seen from; give the place where the scanner stood, in the "
         "file's frame (--station x,y,z), or export the scan as structured E57 or PTX"));
   }
-  if (station.has_value() && !needed && *format != Format::kPcd) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(path, ": it says itself where the scanner stood; leave out the station"));
-  }
-  if (station.has_value() && !station->allFinite()) {
-    return absl::InvalidArgumentError(absl::StrCat(path, ": the station must be three numbers"));
-  }
+  if (absl::Status fits = CheckStation(path, *format, station); !fits.ok()) return fits;
   return OpenFile(path);
 }
 
@@ -119,11 +107,41 @@ absl::StatusOr<ScanFile> ScanFile::OfSource(const std::string& path,
                                             bytes::ByteSource source, const Reached& reached) {
   const absl::StatusOr<Format> format = FormatOf(path);
   if (!format.ok()) return format.status();
+  return OfFormat(path, *format, station, std::move(source), reached);
+}
+
+absl::StatusOr<ScanFile> ScanFile::OfContent(const std::string& path,
+                                             const std::optional<Eigen::Vector3d>& station,
+                                             bytes::ByteSource source, FileRefusal& refusal,
+                                             const Reached& reached) {
+  const uint64_t size = source.size();
+  const absl::StatusOr<absl::string_view> head =
+      source.View(0, static_cast<size_t>(std::min(size, kContentHead)));
+  if (!head.ok()) return head.status();
+  const FileContent content = ContentOf(*head, size, path);
+  refusal = content.refusal;
+  if (refusal != FileRefusal::kNone) {
+    return absl::Status(content.why.code(), absl::StrCat(path, ": ", content.why.message()));
+  }
+  if (NeedsStation(content.format) && !station.has_value()) {
+    refusal = FileRefusal::kStationMissing;
+    return absl::InvalidArgumentError(absl::StrCat(
+        path,
+        ": its points do not say where they were seen from; give the place where the scanner "
+        "stood, in the file's frame, or export the scan as structured E57 or PTX"));
+  }
+  if (absl::Status fits = CheckStation(path, content.format, station); !fits.ok()) return fits;
+  return OfFormat(path, content.format, station, std::move(source), reached);
+}
+
+absl::StatusOr<ScanFile> ScanFile::OfFormat(const std::string& path, Format format,
+                                            const std::optional<Eigen::Vector3d>& station,
+                                            bytes::ByteSource source, const Reached& reached) {
   if (reached) {
     source.Watch([reached, size = source.size()](uint64_t position) { reached(position, size); });
   }
-  ScanFile file(path, *format, station, std::move(source));
-  if (*format == Format::kPcd || *format == Format::kPly || *format == Format::kRangeImage) {
+  ScanFile file(path, format, station, std::move(source));
+  if (format == Format::kPcd || format == Format::kPly || format == Format::kRangeImage) {
     absl::StatusOr<std::string> bytes = file.file_.All();
     if (!bytes.ok()) return bytes.status();
     file.bytes_ = *std::move(bytes);

@@ -17,6 +17,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "core/bytes/byte_source.h"
+#include "core/sensor/file_content.h"
 #include "core/sensor/imported_scan.h"
 
 namespace vantage::sensor {
@@ -44,6 +45,13 @@ class ScanFile {
   static absl::StatusOr<ScanFile> OfSource(const std::string& path,
                                            const std::optional<Eigen::Vector3d>& station,
                                            bytes::ByteSource source, const Reached& reached = {});
+  // Of an open file whose content tells the format (file_content.h); `path` is only what it is
+  // called. Where it is refused, `refusal` says why, and the status in words: as ContentOf(), or
+  // INVALID_ARGUMENT: a station is missing.
+  static absl::StatusOr<ScanFile> OfContent(const std::string& path,
+                                            const std::optional<Eigen::Vector3d>& station,
+                                            bytes::ByteSource source, FileRefusal& refusal,
+                                            const Reached& reached = {});
 
   // The names that the file gives its set-ups, in its order; "" for one without.
   const std::vector<std::string>& setups() const { return setups_; }
@@ -51,7 +59,7 @@ class ScanFile {
   absl::StatusOr<ImportedScan> Read(size_t setup, const ImportLimits& limits) const;
 
  private:
-  enum class Format { kPtx, kPcd, kE57, kRangeImage, kLas, kPly, kXyz };
+  using Format = ScanFormat;
   static absl::StatusOr<Format> FormatOf(const std::string& path);
 
   ScanFile(std::string path, Format format, std::optional<Eigen::Vector3d> station,
@@ -60,6 +68,10 @@ class ScanFile {
         format_(format),
         station_(std::move(station)),
         file_(std::move(file)) {}
+  // Of a format that is known.
+  static absl::StatusOr<ScanFile> OfFormat(const std::string& path, Format format,
+                                           const std::optional<Eigen::Vector3d>& station,
+                                           bytes::ByteSource source, const Reached& reached);
   absl::Status FindSetups();
   // Of a format of loose points.
   absl::StatusOr<ImportedScan> ParseCloud(const ImportLimits& limits) const;

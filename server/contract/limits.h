@@ -30,6 +30,14 @@ struct Limits {
   size_t imports = 8;                                  // at a time
   size_t evaluations = 32;                             // what-ifs of a session at a time
   int64_t encoded_scan_bytes = int64_t{512} << 20;
+  // Of a file that the server reads: a station of the finest setting with everything that
+  // instruments write (100 million points of 40 bytes), and of those on their way in a session.
+  int64_t file_bytes = int64_t{4} << 30;
+  int64_t file_bytes_per_session = int64_t{16} << 30;
+  size_t files_read_at_once = 3;  // of all sessions
+  // Of a processor, that reading a file may take, and twice as many in all; 0: by its size
+  // (core/confinement/allowance.h).
+  double file_seconds = 0;
   size_t scan_cells = 100'000'000;
   int64_t piece_bytes = 1 << 20;    // before compression
   int64_t credit_bytes = 32 << 20;  // in flight

@@ -163,6 +163,34 @@ absl::Status CheckRequest(const v1::ImportSessionRequest& request, const contrac
   return violations.ToStatus();
 }
 
+namespace {
+
+// How large it may be is the session's matter.
+void CheckFile(const v1::Upload& asked, contract::Violations& violations) {
+  const v1::ScanFile& file = asked.file();
+  CheckText(file.name(), kMaxUploadName, "upload.file.name", violations);
+  if (file.has_station()) ReadVector(file.station(), "upload.file.station", violations);
+  const auto within = [&](double value, double least, double most, const char* field) {
+    if (value == 0 || (value >= least && value <= most)) return;
+    violations.Add(field, absl::StrCat("is ", value, ", must be ", least, " to ", most, ", or 0"));
+  };
+  within(file.unit_m(), 1e-6, 1e6, "upload.file.unit_m");
+  within(file.preview_step_rad(), 1e-4, 0.2, "upload.file.preview_step_rad");
+  if (!asked.has_total()) {
+    violations.Add("upload.total", "is required with a file");
+    return;
+  }
+  if (asked.total().encoded_size_bytes() < 1) {
+    violations.Add("upload.total.encoded_size_bytes", "the file is empty");
+  }
+  if (asked.total().sha256().size() != 32) {
+    violations.Add("upload.total.sha256",
+                   absl::StrCat("has ", asked.total().sha256().size(), " bytes, must have 32"));
+  }
+}
+
+}  // namespace
+
 absl::Status CheckRequest(const v1::CreateUploadRequest& request, const contract::Limits& limits) {
   const v1::Upload& asked = request.upload();
   contract::Violations violations;
@@ -175,7 +203,9 @@ absl::Status CheckRequest(const v1::CreateUploadRequest& request, const contract
     ReadPosePrior(asked.prior(), Eigen::Vector3d::Zero(), "upload.prior", violations);
   }
   CheckTargets(asked.targets(), "upload.targets", violations);
-  if (asked.has_total()) {
+  if (asked.has_file()) {
+    CheckFile(asked, violations);
+  } else if (asked.has_total()) {
     const v1::UploadTotal& total = asked.total();
     if (total.encoded_size_bytes() < 1 || total.encoded_size_bytes() > limits.encoded_scan_bytes) {
       violations.Add("upload.total.encoded_size_bytes",

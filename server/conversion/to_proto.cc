@@ -165,6 +165,40 @@ Eigen::Vector3d ReadOwnVector(const v1::Vector3& vector) {
   return {vector.x(), vector.y(), vector.z()};
 }
 
+v1::PosePrior WriteStatedPose(const Eigen::Isometry3d& T_world_scan) {
+  v1::PosePrior out;
+  Eigen::Quaterniond rotation(T_world_scan.linear());
+  rotation.normalize();
+  if (rotation.w() < 0) rotation.coeffs() = -rotation.coeffs();
+  v1::Quaternion& q = *out.mutable_pose()->mutable_rotation();
+  q.set_w(rotation.w());
+  q.set_x(rotation.x());
+  q.set_y(rotation.y());
+  q.set_z(rotation.z());
+  *out.mutable_pose()->mutable_translation() =
+      WriteVector(Eigen::Vector3d(T_world_scan.translation()));
+  out.set_source(v1::POSE_PRIOR_SOURCE_FILE_HEADER);
+  return out;
+}
+
+v1::ScannerModel WriteScannerModel(const sensor::ScannerModel& scanner, const std::string& id) {
+  v1::ScannerModel out;
+  out.set_id(id);
+  out.set_azimuth_span_rad(scanner.azimuth_span);
+  out.set_min_elevation_rad(scanner.elevation_min);
+  out.set_max_elevation_rad(scanner.elevation_max);
+  out.set_azimuth_step_rad(scanner.azimuth_step);
+  out.set_elevation_step_rad(scanner.elevation_step);
+  out.set_min_range_m(scanner.range_min);
+  out.set_max_range_m(scanner.range_max);
+  out.set_range_noise_m(scanner.range_noise);
+  out.set_range_noise_ppm(scanner.range_noise_ppm);
+  out.set_max_incidence_rad(scanner.max_incidence);
+  out.set_clearance_m(scanner.clearance);
+  out.set_positioning_error_m(scanner.positioning_error);
+  return out;
+}
+
 v1::Pose WritePose(const Eigen::Isometry3d& T_model_scan, const Eigen::Vector3d& origin) {
   v1::Pose out;
   const Eigen::Quaterniond rotation(T_model_scan.linear());

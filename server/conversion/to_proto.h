@@ -44,6 +44,10 @@ double ReadDuration(const google::protobuf::Duration& duration);  // s
 v1::Vector3 WriteVector(const Eigen::Vector3d& vector);
 // The inverse, for vectors that were checked, or that the server wrote itself.
 Eigen::Vector3d ReadOwnVector(const v1::Vector3& vector);
+// A pose that a file states, in the world's frame, as a prior; and a model of the scanner that made
+// a scan in a file. Both as the command line writes them.
+v1::PosePrior WriteStatedPose(const Eigen::Isometry3d& T_world_scan);
+v1::ScannerModel WriteScannerModel(const sensor::ScannerModel& scanner, const std::string& id);
 v1::Pose WritePose(const Eigen::Isometry3d& T_model_scan, const Eigen::Vector3d& origin);
 // The inverse, for poses that the server wrote itself.
 Eigen::Isometry3d ReadOwnPose(const v1::Pose& pose, const Eigen::Vector3d& origin);

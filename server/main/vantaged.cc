@@ -20,6 +20,8 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
+#include "core/confinement/reader.h"
+#include "core/sensor/confined_scan_file.h"
 #include "server/auth/callers.h"
 #include "server/main/environment.h"
 #include "server/main/field_command.h"
@@ -104,6 +106,7 @@ struct Program {
   FieldCommand field;
   size_t store_mib = 4096;
   size_t scan_mib = 512;
+  size_t file_mib = 4096;
   int drain_seconds = 20;
   int keep_sessions_days = 0;
   int keep_withdrawn_days = 0;
@@ -152,6 +155,16 @@ void Declare(CLI::App& app, Program& program) {
       ->capture_default_str();
   app.add_option("--max-scan-mib", program.scan_mib, "encoded scan at most, MiB")
       ->check(CLI::Range(1, 65536))
+      ->capture_default_str();
+  app.add_option(
+         "--max-file-mib", program.file_mib,
+         "file that the server reads itself at most, MiB; while it is read, the disk has it "
+         "twice")
+      ->check(CLI::Range(1, 1 << 20))
+      ->capture_default_str();
+  app.add_option("--file-seconds", program.server.limits.file_seconds,
+                 "seconds of a processor that reading a file may take; 0: 60, and two for each MB")
+      ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
   CLI::Option* data = app.add_option("--data", program.data,
                                      "folder of sessions and scans; one server at a time uses it")
@@ -550,6 +563,9 @@ int Main(int argc, char** argv) {
     program.server.data_folder = program.data;
   }
   program.server.limits.encoded_scan_bytes = static_cast<int64_t>(program.scan_mib) << 20;
+  program.server.limits.file_bytes = static_cast<int64_t>(program.file_mib) << 20;
+  program.server.limits.file_bytes_per_session =
+      std::max(program.server.limits.file_bytes_per_session, program.server.limits.file_bytes);
   program.server.limits.tenant_bytes = static_cast<int64_t>(program.quota_mib) << 20;
   program.server.memory_bytes = program.memory_mib > 0
                                     ? static_cast<int64_t>(program.memory_mib) << 20
@@ -582,6 +598,7 @@ int Main(int argc, char** argv) {
 }  // namespace vantage::server
 
 int main(int argc, char** argv) {
+  vantage::confinement::RunIfReader(argc, argv, {vantage::sensor::ScanFileReader()});
   const int code = vantage::server::Main(argc, argv);
 #ifndef VANTAGE_SANITIZED
   // Without static destructors, which threads of gRPC 1.51 may still meet: they go on after the

@@ -29,6 +29,9 @@ class Check {
       case v1::SessionEvent::kUploadCreated:
         Upload(event.upload_created().upload());
         break;
+      case v1::SessionEvent::kUploadReceived:
+        Upload(event.upload_received().upload());
+        break;
       case v1::SessionEvent::kUploadEnded:
         Upload(event.upload_ended().upload());
         break;
@@ -144,6 +147,8 @@ class Check {
     Name(upload.name(), "uploads", "upload.name");
     NameOrNone(upload.scanner(), "scanners", "upload.scanner");
     NameOrNone(upload.replaces(), "scans", "upload.replaces");
+    NameOrNone(upload.scan(), "scans", "upload.scan");
+    for (const std::string& scan : upload.scans()) Name(scan, "scans", "upload.scans");
     v1::CreateUploadRequest request;
     *request.mutable_upload() = upload;
     Add(conversion::CheckRequest(request, limits_), "upload");

@@ -36,6 +36,11 @@ void LogCompaction::Read(const storage::v1::LogEntry& entry) {
       candidates_.back().counts.set_created_upload_count(1);
       return Remember(entry, name);
     }
+    case v1::SessionEvent::kUploadReceived: {
+      const std::string& name = event.upload_received().upload().name();
+      candidates_.push_back(CandidateOf(entry, uploads_.count(name) == 0));
+      return Remember(entry, name);
+    }
     case v1::SessionEvent::kUploadEnded: {
       const std::string& name = event.upload_ended().upload().name();
       candidates_.push_back(CandidateOf(entry, uploads_.count(name) == 0));

@@ -28,7 +28,8 @@ std::string UserOf(const SessionState& state, const std::string& scanner) {
     }
   }
   for (const auto& [name, upload] : state.uploads) {
-    if (upload.scanner() == scanner && upload.state() == v1::UPLOAD_STATE_OPEN) {
+    if (upload.scanner() == scanner &&
+        (upload.state() == v1::UPLOAD_STATE_OPEN || upload.state() == v1::UPLOAD_STATE_READING)) {
       return absl::StrCat(name, " is under way; finish or abort it first");
     }
   }

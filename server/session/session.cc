@@ -113,6 +113,7 @@ absl::Status Session::Resume() {
     needed = needed || !state.UndecidedScans().empty() ||
              conversion::ReadTime(state.session.update_time()) >= lately;
   });
+  uploads_.ResumeReading();
   const bool posted = TryPost([this, needed](parallel::Parallel& parallel) {
     FindLostScans(*this);
     const absl::Status taken = needed ? model_.Load(parallel) : absl::OkStatus();
@@ -263,6 +264,7 @@ void Session::GiveUp() {
   reconciler_.GiveUp();
   adjuster_.GiveUp();
   model_.GiveUp();
+  uploads_.GiveUp();
 }
 
 void Session::Close() {

@@ -15,7 +15,10 @@
 //   Uploads | Plans | Preparation | ModelMemory | ScanReconciler | StoredSnapshots | Upload,
 //   syncing Upload | PlanRun AccountShare BegunWork | LostScans | Journal, watchers |
 //   MemoryAccount, and those of what sessions live on:
-//     store, pool, strand, timer, tenant's account
+//     store, pool, strand, timer, tenant's account, FileReadings
+//
+// FileReadings::Forget() waits for a reader that takes any of these below "SessionRegistry,
+// creating or deleting": nobody who holds one may call it.
 //
 // Scans, Claims, Scanners and Rejections have no lock, since their state is in the journal. Members
 // of ModelMemory that are used on the strand only need none.
@@ -40,6 +43,7 @@
 #include "server/execution/strand.h"
 #include "server/execution/timer.h"
 #include "server/session/algorithms.h"
+#include "server/session/file_readings.h"
 #include "server/session/journal.h"
 #include "server/session/lost_scans.h"
 #include "server/session/memory_account.h"
@@ -63,6 +67,8 @@ struct SessionDependencies {
   MemoryAccount* memory = nullptr;        // null: no limit
   // By which ages are counted. Null: from the start of the registry that gets these.
   std::shared_ptr<execution::SeenTime> seen = nullptr;
+  // Who reads files. Null: the registry that gets these makes one.
+  std::shared_ptr<FileReadings> files = nullptr;
 
   Journal::SeenClock SeenClock() const {
     return [seen = seen] { return seen->Now(); };

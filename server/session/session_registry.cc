@@ -18,20 +18,24 @@ constexpr absl::Duration kRetryAfterRestart = absl::Seconds(5);
 // Idle time before a model may be evicted for another one.
 constexpr absl::Duration kUnusedForAWhile = absl::Seconds(20);
 
-SessionDependencies WithSeenTime(SessionDependencies dependencies) {
+SessionDependencies WithOwn(SessionDependencies dependencies) {
   if (dependencies.seen == nullptr) dependencies.seen = std::make_shared<execution::SeenTime>();
+  if (dependencies.files == nullptr) {
+    dependencies.files = std::make_shared<FileReadings>(dependencies.limits.files_read_at_once);
+  }
   return dependencies;
 }
 
 }  // namespace
 
 SessionRegistry::SessionRegistry(const SessionDependencies& dependencies)
-    : dependencies_(WithSeenTime(dependencies)),
+    : dependencies_(WithOwn(dependencies)),
       accounts_(dependencies.limits.tenant_bytes),
       imports_(dependencies_),
       random_(std::random_device{}()) {}
 
-SessionRegistry::~SessionRegistry() = default;
+// Before any session goes: who reads a file holds its session.
+SessionRegistry::~SessionRegistry() { dependencies_.files->End(); }
 
 absl::Status SessionRegistry::LoadAll() {
   const absl::StatusOr<absl::Duration> seen = dependencies_.store.SeenTime();
@@ -496,6 +500,8 @@ void SessionRegistry::BeginDrain() {
     session->BeginDrain();
     session->plans().Stop(PlanRun::StopReason::kDrain);
   }
+  // The next start goes on with them.
+  dependencies_.files->Stop();
   for (const auto& call : watchers) (*call)();
 }
 
@@ -514,7 +520,7 @@ absl::Status SessionRegistry::CheckTakesWork() const {
 bool SessionRegistry::WaitUntilIdle(std::chrono::milliseconds patience) const {
   const auto deadline = std::chrono::steady_clock::now() + patience;
   while (true) {
-    bool idle = true;
+    bool idle = dependencies_.files->Rests();
     {
       std::lock_guard<std::mutex> lock(mutex_);
       for (const auto& [id, session] : sessions_) idle = idle && session->Rests();

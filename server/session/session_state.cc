@@ -121,13 +121,22 @@ absl::Status SessionState::Apply(const storage::v1::LogEntry& entry) {
       resource = upload.name();
       break;
     }
+    case v1::SessionEvent::kUploadReceived: {
+      const v1::Upload& upload = event.upload_received().upload();
+      uploads[upload.name()] = upload;
+      files[upload.name()].last_pieces = entry.last_pieces();
+      resource = upload.name();
+      break;
+    }
     case v1::SessionEvent::kUploadEnded: {
       const v1::Upload& upload = event.upload_ended().upload();
       uploads[upload.name()] = upload;
       resource = upload.name();
+      if (upload.state() == v1::UPLOAD_STATE_COMMITTED) break;  // a file, which became scans
       ended_uploads.push_back(upload.name());
       if (ended_uploads.size() > kEndedUploads) {
         uploads.erase(ended_uploads.front());
+        files.erase(ended_uploads.front());
         ended_uploads.pop_front();
       }
       break;
@@ -393,6 +402,16 @@ absl::Status SessionState::AdjustPoses(const v1::SessionEvent& event) {
 }
 
 void SessionState::EndWithScan(const v1::Scan& scan) {
+  if (scan.file_setup() != 0) {
+    // The upload's end is another step; it may be forgotten since.
+    const auto file = uploads.find(scan.upload());
+    if (file == uploads.end()) return;
+    // A preview may come back in place of what replaced it.
+    if (!files[scan.upload()].setups.insert(scan.file_setup()).second) return;
+    file->second.add_scans(scan.name());
+    if (file->second.scan().empty()) file->second.set_scan(scan.name());
+    return;
+  }
   v1::Upload& upload = uploads[scan.upload()];
   upload.set_name(scan.upload());
   upload.set_state(v1::UPLOAD_STATE_COMMITTED);

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -44,6 +45,12 @@ struct ScanRecord {
   std::string preview_blob;
 };
 
+// Of an upload that brought a file.
+struct FileRecord {
+  storage::v1::LastPieces last_pieces;
+  std::set<int32_t> setups;  // that are scans, from 1
+};
+
 struct PlanRecord {
   v1::Plan plan;     // basic view
   std::string blob;  // SHA-256 of the full result; empty while it runs or when it was released
@@ -72,7 +79,8 @@ struct SessionState {
   std::vector<std::string> scan_order;      // by creation
   // Those that are open or became a scan, and the last of those that ended without one.
   std::map<std::string, v1::Upload> uploads;
-  std::deque<std::string> ended_uploads;  // of those: oldest first
+  std::deque<std::string> ended_uploads;    // of those: oldest first
+  std::map<std::string, FileRecord> files;  // of those, by name: all of which was here
   std::map<std::string, PlanRecord> plans;
   std::vector<std::string> plan_order;    // of those, oldest first
   std::vector<v1::Rejection> rejections;  // without those that had expired when the last was made
@@ -125,7 +133,7 @@ struct SessionState {
   std::vector<std::string> UndecidedScans() const;
 
  private:
-  // The upload that a scan came in is committed.
+  // The upload that a scan came in is committed, unless it brought a file.
   void EndWithScan(const v1::Scan& scan);
   // A scan came into the model with these links, or left it.
   absl::Status SetLinks(const v1::SessionEvent& event, const std::string& scan);

@@ -95,9 +95,13 @@ bool IsOneOf(const storage::v1::LastPieces& last, const UnpackedPiece& unpacked)
 }
 
 absl::Status CheckTotal(const v1::UploadTotal& total, const std::string& field,
-                        const contract::Limits& limits) {
+                        const contract::Limits& limits, bool of_file) {
   contract::Violations violations;
-  if (total.encoded_size_bytes() < 1 || total.encoded_size_bytes() > limits.encoded_scan_bytes) {
+  // How large a file may be is said with another reason, when it is announced.
+  if (of_file && total.encoded_size_bytes() < 1) {
+    violations.Add(field + ".encoded_size_bytes", "the file is empty");
+  } else if (!of_file && (total.encoded_size_bytes() < 1 ||
+                          total.encoded_size_bytes() > limits.encoded_scan_bytes)) {
     violations.Add(field + ".encoded_size_bytes",
                    absl::StrCat("is ", total.encoded_size_bytes(), " bytes, must be 1 to ",
                                 limits.encoded_scan_bytes, "; thin the scan"));
@@ -229,7 +233,8 @@ absl::Status Upload::Load() {
                       kept_before + kept_size});
     offset += pieces.back().size;
     sha256.Update(*bytes);
-    decoder.Take(*bytes).IgnoreError();  // the decoder keeps the error
+    // The decoder keeps the error.
+    if (!upload.has_file()) decoder.Take(*bytes).IgnoreError();
     return absl::OkStatus();
   });
   if (!read.ok()) return read;
@@ -297,8 +302,7 @@ absl::Status Upload::Accept(const UnpackedPiece& unpacked, const Moment& now) {
     return gap;
   }
   const int64_t end = stored.offset + stored.size;
-  const int64_t most =
-      upload_.has_total() ? upload_.total().encoded_size_bytes() : limits_.encoded_scan_bytes;
+  const int64_t most = MostBytes();
   if (end > most) {
     return contract::InvalidField("piece.data",
                                   absl::StrCat("ends at ", end, ", beyond the ", most,
@@ -326,7 +330,8 @@ absl::Status Upload::Accept(const UnpackedPiece& unpacked, const Moment& now) {
   absl::Status kept = store_.AppendSpool(upload_.name(), serialized);
   if (!kept.ok()) return kept;
   sha256_.Update(*bytes);
-  decoder_.Take(*bytes).IgnoreError();  // stays with it
+  if (!upload_.has_file()) decoder_.Take(*bytes).IgnoreError();  // stays with it
+  Use(static_cast<int64_t>(serialized.size()));
   stored.kept_end =
       (pieces_.empty() ? 0 : pieces_.back().kept_end) + static_cast<int64_t>(serialized.size());
   pieces_.push_back(stored);
@@ -337,9 +342,9 @@ absl::Status Upload::Accept(const UnpackedPiece& unpacked, const Moment& now) {
 }
 
 absl::Status Upload::SetTotal(const v1::UploadTotal& total) {
-  absl::Status valid = CheckTotal(total, "total", limits_);
-  if (!valid.ok()) return valid;
   std::lock_guard<std::mutex> lock(mutex_);
+  absl::Status valid = CheckTotal(total, "total", limits_, upload_.has_file());
+  if (!valid.ok()) return valid;
   if (absl::Status whole = CheckWhole(); !whole.ok()) return whole;
   if (upload_.has_total()) {
     if (upload_.total().encoded_size_bytes() == total.encoded_size_bytes() &&
@@ -391,6 +396,8 @@ absl::StatusOr<Upload::Content> Upload::Inspect() {
         StatusCode::kDataLoss, "SHA256_DIFFERS",
         "the SHA-256 of the bytes is not the one announced; start a new upload");
   }
+  content.encoded_size = Received();
+  if (upload_.has_file()) return content;
   const auto image = decoder_.Finish();
   if (!image.ok()) {
     return contract::InvalidField("encoded range image", image.status().message());
@@ -399,7 +406,6 @@ absl::StatusOr<Upload::Content> Upload::Inspect() {
   content.rows = image->rows;
   content.samples = image->samples;
   content.appearance = image->appearance;
-  content.encoded_size = Received();
   return content;
 }
 
@@ -420,20 +426,88 @@ storage::v1::LastPieces Upload::LastPieces() const {
   return last;
 }
 
-void Upload::End(v1::UploadState state, const std::string& message, const std::string& scan) {
+void Upload::End(v1::UploadState state, const std::string& message, const std::string& scan,
+                 const absl::Status& why) {
   std::lock_guard<std::mutex> lock(mutex_);
   upload_.set_state(state);
   upload_.set_state_message(message);
-  upload_.set_scan(scan);
-  if (account_ != nullptr && state != v1::UPLOAD_STATE_COMMITTED) account_->GiveBack(reserved_);
+  if (!upload_.has_file()) upload_.set_scan(scan);
+  upload_.set_state_reason(contract::ReasonOf(why));
+  upload_.set_state_code(static_cast<int32_t>(why.code()));
+  if (upload_.has_file()) upload_.clear_read_size_bytes();
+  const bool to_the_scan = state == v1::UPLOAD_STATE_COMMITTED && !upload_.has_file();
+  if (account_ != nullptr && !to_the_scan) account_->GiveBack(reserved_);
   reserved_ = 0;
+  Use(promised_);
   // An error of the spool does not change the answer.
   store_.DropSpool(upload_.name()).IgnoreError();
 }
 
 bool Upload::Idle(absl::Duration now) const {
   std::lock_guard<std::mutex> lock(mutex_);
-  return upload_.state() == v1::UPLOAD_STATE_OPEN && now - last_piece_ > limits_.upload_idle;
+  const bool waits =
+      upload_.state() == v1::UPLOAD_STATE_OPEN || upload_.state() == v1::UPLOAD_STATE_READING;
+  return waits && now - last_piece_ > limits_.upload_idle;
+}
+
+bool Upload::OfFile() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return upload_.has_file();
+}
+
+void Upload::BeginReading() {
+  std::lock_guard<std::mutex> lock(mutex_);
+  upload_.set_state(v1::UPLOAD_STATE_READING);
+}
+
+bool Upload::Reading() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return upload_.state() == v1::UPLOAD_STATE_READING;
+}
+
+void Upload::SetReading(int32_t setups, int64_t read_bytes, const std::string& waits_for) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  if (upload_.state() != v1::UPLOAD_STATE_READING) return;
+  if (setups > 0) upload_.set_setup_count(setups);
+  upload_.set_read_size_bytes(read_bytes);
+  upload_.set_state_message(waits_for);
+}
+
+absl::Status Upload::TakeRoomForScan(int64_t bytes) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  if (absl::Status room = Reserve(bytes); !room.ok()) return room;
+  reserved_ = std::max<int64_t>(0, reserved_ - bytes);
+  return absl::OkStatus();
+}
+
+void Upload::ScanReceived(const std::string& scan, const Moment& now) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  upload_.add_scans(scan);
+  if (upload_.scan().empty()) upload_.set_scan(scan);
+  last_piece_ = now.seen;
+  *upload_.mutable_expire_time() = conversion::WriteTime(now.time + limits_.upload_idle);
+}
+
+void Upload::GiveBackRoomOfScan(int64_t bytes) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  reserved_ += bytes;
+}
+
+void Upload::Promise(int64_t bytes, std::function<void(int64_t)> used) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  promised_ = bytes;
+  used_ = std::move(used);
+}
+
+void Upload::Use(int64_t bytes) {
+  const int64_t of_promise = std::min(bytes, promised_);
+  promised_ -= of_promise;
+  if (used_ && of_promise > 0) used_(of_promise);
+}
+
+int64_t Upload::MostBytes() const {
+  if (upload_.has_total()) return upload_.total().encoded_size_bytes();
+  return upload_.has_file() ? limits_.file_bytes : limits_.encoded_scan_bytes;
 }
 
 absl::Duration Upload::LastPiece() const {
@@ -448,6 +522,11 @@ v1::Upload Upload::Describe() const {
   out.set_next_offset(Durable());
   out.set_credit_offset(Durable() + limits_.credit_bytes);
   out.set_max_piece_size_bytes(limits_.piece_bytes);
+  // After a restart nothing of what is only read is loaded.
+  if (upload_.state() == v1::UPLOAD_STATE_READING) {
+    out.set_next_offset(upload_.total().encoded_size_bytes());
+    out.set_credit_offset(out.next_offset());
+  }
   return out;
 }
 

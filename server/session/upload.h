@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -76,11 +77,28 @@ class Upload {
   // True when these are worth a sync: 4 MiB as stored, or half of what may be in flight.
   bool WindowFull() const;
 
-  // True when all announced bytes have arrived, durable or not.
+  // True when all announced bytes have arrived, durable or not, and it is open.
   bool Complete() const;
+  // True when what it brings is a file.
+  bool OfFile() const;
+  // Of a file that is complete: it is read from now on.
+  void BeginReading();
+  bool Reading() const;
+  // What is known of a file while it is read: its set-ups, 0: not known yet; how far it was read,
+  // and what it waits for, if it waits.
+  void SetReading(int32_t setups, int64_t read_bytes, const std::string& waits_for);
+  // A scan was made of it, for whose `bytes` room is taken: of what is reserved for the file, where
+  // that is enough. RESOURCE_EXHAUSTED (QUOTA_EXCEEDED).
+  absl::Status TakeRoomForScan(int64_t bytes);
+  // The scan was received; or was not, and the room is given back.
+  void ScanReceived(const std::string& scan, const Moment& now);
+  void GiveBackRoomOfScan(int64_t bytes);
+  // Room on the disk that it was promised, bytes; what it uses of it, and what is left in the end,
+  // is told.
+  void Promise(int64_t bytes, std::function<void(int64_t)> used);
   // When Complete(): number of samples, and the SHA-256 (32 bytes) under which the bytes are to be
-  // stored. DATA_LOSS (SHA256_DIFFERS): they differ from what was announced. INVALID_ARGUMENT: no
-  // valid range image.
+  // stored; of a file nothing but its size and this. DATA_LOSS (SHA256_DIFFERS): they differ from
+  // what was announced. INVALID_ARGUMENT: no valid range image.
   struct Content {
     size_t columns = 0;
     size_t rows = 0;
@@ -97,8 +115,9 @@ class Upload {
   storage::v1::LastPieces LastPieces() const;
 
   // Ends it with `state`. The spool is dropped. The room goes to the scan when it was committed,
-  // otherwise it is given back.
-  void End(v1::UploadState state, const std::string& message, const std::string& scan);
+  // otherwise, and with a file, it is given back. `why`: of one that failed, with its reason.
+  void End(v1::UploadState state, const std::string& message, const std::string& scan,
+           const absl::Status& why = absl::OkStatus());
 
   // Its session has ended it; from now on the log has its state.
   void LetGo() { let_go_ = true; }
@@ -127,6 +146,8 @@ class Upload {
   sensor::RangeImageDecoder Decoder() const;
   absl::Status Load() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::Status Reserve(int64_t bytes) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Use(int64_t bytes) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  int64_t MostBytes() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   store::Store& store_;
   const contract::Limits limits_;
@@ -141,9 +162,11 @@ class Upload {
   size_t durable_records_ ABSL_GUARDED_BY(mutex_) = 0;  // of these
   size_t durable_pieces_ ABSL_GUARDED_BY(mutex_) = 0;
   bool created_with_total_ ABSL_GUARDED_BY(mutex_) = false;
-  bool loaded_ ABSL_GUARDED_BY(mutex_) = true;   // the content of the spool is known
-  bool broken_ ABSL_GUARDED_BY(mutex_) = false;  // a sync failed; the spool must be read again
-  int64_t reserved_ ABSL_GUARDED_BY(mutex_);     // bytes of the account
+  bool loaded_ ABSL_GUARDED_BY(mutex_) = true;    // the content of the spool is known
+  bool broken_ ABSL_GUARDED_BY(mutex_) = false;   // a sync failed; the spool must be read again
+  int64_t reserved_ ABSL_GUARDED_BY(mutex_);      // bytes of the account
+  int64_t promised_ ABSL_GUARDED_BY(mutex_) = 0;  // bytes of the disk, not used yet
+  std::function<void(int64_t)> used_ ABSL_GUARDED_BY(mutex_);  // null: nothing was promised
   // Hash of the bytes so far, so that nothing has to be read again at the end.
   bytes::Sha256 sha256_ ABSL_GUARDED_BY(mutex_);
   sensor::RangeImageDecoder decoder_ ABSL_GUARDED_BY(mutex_);
@@ -153,9 +176,9 @@ class Upload {
 // Whether a piece is one of those.
 bool IsOneOf(const storage::v1::LastPieces& last, const UnpackedPiece& unpacked);
 
-// The error in a total, if any.
+// The error in a total of a range image, or of a file, if any.
 absl::Status CheckTotal(const v1::UploadTotal& total, const std::string& field,
-                        const contract::Limits& limits);
+                        const contract::Limits& limits, bool of_file = false);
 
 }  // namespace vantage::session
 

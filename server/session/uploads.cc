@@ -1,10 +1,12 @@
 #include "server/session/uploads.h"
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "server/contract/error.h"
 #include "server/contract/resource_names.h"
 #include "server/conversion/from_proto.h"
@@ -41,70 +43,6 @@ absl::StatusOr<v1::ScannerModel> ScannerOf(const SessionState& state, const v1::
       absl::StrCat("'", upload.scanner_model_id(), "' is none of the session's scanner models"));
 }
 
-// The preview that an upload replaces. FAILED_PRECONDITION (SCAN_STATE): that scan is none, or was
-// withdrawn. INVALID_ARGUMENT: there is no such scan.
-absl::StatusOr<ScanRecord> PreviewOf(const SessionState& state, const v1::Upload& upload) {
-  const auto it = state.scans.find(upload.replaces());
-  if (it == state.scans.end()) {
-    return contract::InvalidField(
-        "upload.replaces", absl::StrCat("'", upload.replaces(), "' is no scan of this session"));
-  }
-  const v1::Scan& scan = it->second.scan;
-  if (scan.preview() && scan.state() != v1::SCAN_STATE_WITHDRAWN) return it->second;
-  return contract::ErrorWithReason(
-      absl::StatusCode::kFailedPrecondition, "SCAN_STATE",
-      absl::StrCat(scan.name(), scan.preview() ? " was withdrawn" : " is no preview",
-                   ", and nothing can come in its place; send this scan as one of its own"),
-      {{"state", v1::ScanState_Name(scan.state())}});
-}
-
-v1::Scan ReceivedScan(const v1::Upload& upload, const Upload::Content& content, absl::Time now) {
-  v1::Scan scan;
-  scan.set_display_name(upload.display_name());
-  scan.set_state(v1::SCAN_STATE_RECEIVED);
-  *scan.mutable_scanner_model() = upload.scanner_model();
-  if (upload.has_prior()) *scan.mutable_prior() = upload.prior();
-  *scan.mutable_targets() = upload.targets();
-  scan.set_column_count(static_cast<int32_t>(content.columns));
-  scan.set_row_count(static_cast<int32_t>(content.rows));
-  scan.set_sample_count(static_cast<int64_t>(content.samples));
-  scan.set_intensity(content.appearance.intensity);
-  scan.set_colour(content.appearance.colour);
-  scan.set_encoded_size_bytes(content.encoded_size);
-  scan.set_sha256(content.sha256);
-  *scan.mutable_create_time() = conversion::WriteTime(now);
-  *scan.mutable_update_time() = scan.create_time();
-  scan.set_upload(upload.name());
-  scan.set_scanner(upload.scanner());
-  scan.set_preview(upload.preview());
-  return scan;
-}
-
-// The preview with the samples of the scan that was received in its place: placed as it is, or
-// aligned anew where it had not registered.
-v1::Scan Replaced(const v1::Scan& preview, v1::Scan received) {
-  received.set_name(preview.name());
-  *received.mutable_replace_time() = received.create_time();
-  *received.mutable_create_time() = preview.create_time();
-  if (received.display_name().empty()) received.set_display_name(preview.display_name());
-  if (received.scanner().empty()) received.set_scanner(preview.scanner());
-  if (received.targets().empty()) *received.mutable_targets() = preview.targets();
-  if (!received.has_prior() && preview.has_prior()) *received.mutable_prior() = preview.prior();
-  const bool placed = preview.has_pose() && (preview.state() == v1::SCAN_STATE_MERGED ||
-                                             preview.state() == v1::SCAN_STATE_MERGING);
-  if (!placed) return received;
-  received.set_state(v1::SCAN_STATE_MERGING);
-  if (preview.has_prior()) *received.mutable_prior() = preview.prior();
-  *received.mutable_pose() = preview.pose();
-  received.set_pose_source(preview.pose_source());
-  if (preview.has_registration()) *received.mutable_registration() = preview.registration();
-  if (preview.has_levelling()) *received.mutable_levelling() = preview.levelling();
-  if (preview.has_adjustment()) *received.mutable_adjustment() = preview.adjustment();
-  if (preview.has_pose_reference()) *received.mutable_pose_reference() = preview.pose_reference();
-  if (preview.has_merge()) *received.mutable_merge() = preview.merge();
-  return received;
-}
-
 }  // namespace
 
 std::shared_ptr<Upload> HeldUpload::Open() const {
@@ -133,7 +71,9 @@ Uploads::Uploads(SessionContext& context, ScanReconciler& reconciler)
     : context_(context),
       journal_(context.journal()),
       dependencies_(context.dependencies()),
-      reconciler_(reconciler) {}
+      reconciler_(reconciler),
+      intake_(context),
+      work_(context) {}
 
 absl::StatusOr<v1::Upload> Uploads::Create(const v1::CreateUploadRequest& request) {
   while (true) {
@@ -150,6 +90,7 @@ bool Uploads::MakeWay() {
     std::lock_guard<std::mutex> lock(mutex_);
     const auto now = journal_.Seen();
     for (const auto& [name, upload] : open_) {
+      if (upload->Reading()) continue;
       const bool empty = upload->Describe().next_sequence() == 0;
       if (now - upload->LastPiece() < (empty ? kEmptyGivesWay : kIdleGivesWay)) continue;
       if (idle == nullptr || upload->LastPiece() < idle->LastPiece()) idle = upload;
@@ -167,6 +108,7 @@ absl::StatusOr<v1::Upload> Uploads::CreateNow(const v1::CreateUploadRequest& req
   Expire();
 
   int64_t reserved = 0;
+  int64_t promised = 0;
   absl::StatusOr<std::string> name = journal_.Execute(
       RequestKey::Of(request.request_id(), "CreateUpload", request),
       [&](const SessionState& state) -> absl::StatusOr<Draft> {
@@ -196,12 +138,27 @@ absl::StatusOr<v1::Upload> Uploads::CreateNow(const v1::CreateUploadRequest& req
             return preview;
           }
         }
-        absl::StatusOr<v1::ScannerModel> scanner = ScannerOf(state, asked);
+        // Of a file, where nobody says what made it, the scans in it do.
+        const bool by_file =
+            asked.has_file() && !asked.has_scanner_model() && asked.scanner_model_id().empty();
+        absl::StatusOr<v1::ScannerModel> scanner =
+            by_file ? v1::ScannerModel() : ScannerOf(state, asked);
         if (!scanner.ok()) return scanner.status();
+        const int64_t bytes = asked.total().encoded_size_bytes();
+        if (asked.has_file()) {
+          if (absl::Status fits = CheckFile(bytes); !fits.ok()) return fits;
+        }
         // The whole size is reserved, so that an accepted upload can be completed.
         absl::Status room = context_.account()->Reserve(asked.total().encoded_size_bytes());
         if (!room.ok()) return room;
         reserved = asked.total().encoded_size_bytes();
+        if (asked.has_file()) {
+          // The file, and as much again while it is read.
+          const absl::Status disk = dependencies_.files->Promise(
+              2 * bytes, [&] { return dependencies_.store.FreeBytes(); });
+          if (!disk.ok()) return disk;
+          promised = 2 * bytes;
+        }
         Draft draft;
         v1::Upload& upload = *draft.event.mutable_upload_created()->mutable_upload();
         upload.set_name(contract::ChildName(context_.id(), "uploads",
@@ -209,7 +166,8 @@ absl::StatusOr<v1::Upload> Uploads::CreateNow(const v1::CreateUploadRequest& req
         upload.set_display_name(asked.display_name());
         upload.set_scanner_model_id(scanner->id());
         upload.set_scanner(asked.scanner());
-        *upload.mutable_scanner_model() = *scanner;
+        if (!by_file) *upload.mutable_scanner_model() = *scanner;
+        if (asked.has_file()) *upload.mutable_file() = asked.file();
         if (asked.has_prior()) *upload.mutable_prior() = asked.prior();
         *upload.mutable_targets() = asked.targets();
         if (asked.has_total()) *upload.mutable_total() = asked.total();
@@ -224,6 +182,7 @@ absl::StatusOr<v1::Upload> Uploads::CreateNow(const v1::CreateUploadRequest& req
       });
   if (!name.ok()) {
     context_.account()->GiveBack(reserved);
+    if (promised > 0) dependencies_.files->Use(promised);
     return name.status();
   }
   {
@@ -235,11 +194,47 @@ absl::StatusOr<v1::Upload> Uploads::CreateNow(const v1::CreateUploadRequest& req
     });
     std::lock_guard<std::mutex> lock(mutex_);
     if (created.state() == v1::UPLOAD_STATE_OPEN && open_.count(*name) == 0) {
-      open_[*name] = std::make_shared<Upload>(created, dependencies_.store, dependencies_.limits,
-                                              context_.account(), reserved, journal_.Seen());
+      auto upload = std::make_shared<Upload>(created, dependencies_.store, dependencies_.limits,
+                                             context_.account(), reserved, journal_.Seen());
+      if (promised > 0) {
+        upload->Promise(promised,
+                        [files = dependencies_.files](int64_t bytes) { files->Use(bytes); });
+      }
+      open_[*name] = std::move(upload);
     }
   }
   return Get(*name);
+}
+
+absl::Status Uploads::CheckFile(int64_t bytes) {
+  const auto gibibytes = [](int64_t n) {
+    return absl::StrFormat("%.2f GiB", static_cast<double>(n) / (1 << 30));
+  };
+  const contract::Limits& limits = dependencies_.limits;
+  if (dependencies_.files == nullptr) {
+    return absl::UnimplementedError("this server reads no files; send range images");
+  }
+  if (bytes > limits.file_bytes) {
+    return contract::ErrorWithReason(
+        absl::StatusCode::kResourceExhausted, "FILE_TOO_LARGE",
+        absl::StrCat("the file has ", gibibytes(bytes), ", and this server reads files of up to ",
+                     gibibytes(limits.file_bytes),
+                     ": export each station to a file of its own, send it with 'vantage scan push' "
+                     "from a computer, or have the operator raise max-file-mib"),
+        {{"size_bytes", absl::StrCat(bytes)}, {"max_bytes", absl::StrCat(limits.file_bytes)}});
+  }
+  int64_t on_their_way = 0;
+  std::lock_guard<std::mutex> lock(mutex_);
+  for (const auto& [name, upload] : open_) {
+    if (upload->OfFile()) on_their_way += upload->Describe().total().encoded_size_bytes();
+  }
+  if (bytes <= limits.file_bytes_per_session - on_their_way) return absl::OkStatus();
+  return contract::Retryable(
+      absl::StatusCode::kResourceExhausted, "TOO_MANY_UPLOADS",
+      absl::StrCat("files of ", gibibytes(on_their_way), " are on their way in the session, ",
+                   gibibytes(limits.file_bytes_per_session),
+                   " may be; send this one when they have been read"),
+      kRetryUploadAfter);
 }
 
 absl::StatusOr<v1::Upload> Uploads::Get(const std::string& name) {
@@ -338,9 +333,10 @@ absl::StatusOr<v1::Upload> Uploads::Take(const std::string& name,
     if (!ended.ok()) return ended;
     // Only the state is asked for, or a piece is sent again, since its answer was lost.
     if (piece == nullptr && total == nullptr) return ended;
+    if (ended->has_file() && IsOfFile(*ended, piece, total)) return ended;
     const bool committed = ended->state() == v1::UPLOAD_STATE_COMMITTED;
     if (committed && piece != nullptr && !piece->bytes.ok()) return piece->bytes.status();
-    if (committed && IsOfScan(ended->scan(), piece, total)) return ended;
+    if (committed && !ended->has_file() && IsOfScan(ended->scan(), piece, total)) return ended;
     const std::string state = v1::UploadState_Name(ended->state());
     if (!committed) {
       return contract::ErrorWithReason(
@@ -352,6 +348,18 @@ absl::StatusOr<v1::Upload> Uploads::Take(const std::string& name,
         absl::StrCat(name, " has become ", ended->scan(),
                      ", and this is no part of it; start a new upload for another scan"),
         {{"state", state}, {"scan", ended->scan()}});
+  }
+  if (open->Reading()) {
+    v1::Upload described = open->Describe();
+    if (piece != nullptr && !piece->bytes.ok()) return piece->bytes.status();
+    if (IsOfFile(described, piece, total)) return described;
+    return contract::ErrorWithReason(
+        absl::StatusCode::kFailedPrecondition, "UPLOAD_ENDED",
+        absl::StrCat(
+            "all of ", name,
+            " is here and is being read, and this is no part of it; start a new upload for "
+            "another file"),
+        {{"state", v1::UploadState_Name(described.state())}});
   }
   if (total != nullptr) {
     absl::Status stated = open->SetTotal(*total);
@@ -390,6 +398,19 @@ bool Uploads::IsOfScan(const std::string& scan, const UnpackedPiece* piece,
   return is;
 }
 
+bool Uploads::IsOfFile(const v1::Upload& upload, const UnpackedPiece* piece,
+                       const v1::UploadTotal* total) const {
+  bool is = false;
+  journal_.Read([&](const SessionState& state) {
+    const auto file = state.files.find(upload.name());
+    if (file == state.files.end()) return;
+    is = (piece == nullptr || IsOneOf(file->second.last_pieces, *piece)) &&
+         (total == nullptr || (total->encoded_size_bytes() == upload.total().encoded_size_bytes() &&
+                               total->sha256() == upload.total().sha256()));
+  });
+  return is;
+}
+
 absl::StatusOr<v1::Upload> Uploads::Sync(const std::string& name,
                                          const std::shared_ptr<Upload>& open) {
   if (open != nullptr) {
@@ -423,6 +444,7 @@ void Uploads::Close() {
     open.swap(open_);
     for (const auto& [name, upload] : open) upload->LetGo();
   }
+  if (dependencies_.files != nullptr) dependencies_.files->Forget(context_.id());
   for (const auto& [name, upload] : open) {
     upload->End(v1::UPLOAD_STATE_FAILED, "the session was deleted", "");
   }
@@ -451,12 +473,36 @@ void Uploads::Resume() {
   std::vector<v1::Upload> open;
   journal_.Read([&](const SessionState& state) {
     for (const auto& [name, upload] : state.uploads) {
-      if (upload.state() == v1::UPLOAD_STATE_OPEN) open.push_back(upload);
+      if (upload.state() == v1::UPLOAD_STATE_OPEN || upload.state() == v1::UPLOAD_STATE_READING) {
+        open.push_back(upload);
+      }
     }
   });
   for (const v1::Upload& created : open) {
+    // What was promised of the disk is counted again.
+    const auto promise = [&](Upload& upload) {
+      if (!created.has_file() || dependencies_.files == nullptr) return;
+      const int64_t bytes = 2 * created.total().encoded_size_bytes();
+      if (!dependencies_.files->Promise(bytes, [] { return std::numeric_limits<int64_t>::max(); })
+               .ok()) {
+        return;
+      }
+      upload.Promise(bytes, [files = dependencies_.files](int64_t used) { files->Use(used); });
+    };
+    if (created.state() == v1::UPLOAD_STATE_READING) {
+      // It is whole, and nothing of it is loaded before it is read.
+      const int64_t bytes = created.total().encoded_size_bytes();
+      context_.account()->Add(bytes);
+      auto reading = std::make_shared<Upload>(created, dependencies_.store, dependencies_.limits,
+                                              context_.account(), bytes, journal_.Seen());
+      promise(*reading);
+      std::lock_guard<std::mutex> lock(mutex_);
+      open_[created.name()] = std::move(reading);
+      continue;
+    }
     auto upload = std::make_shared<Upload>(created, dependencies_.store, dependencies_.limits,
                                            context_.account());
+    promise(*upload);
     absl::Status resumed = upload->Resume(journal_.At());
     if (resumed.ok()) resumed = upload->CheckContent();
     if (!resumed.ok()) {
@@ -472,30 +518,6 @@ void Uploads::Resume() {
   }
 }
 
-absl::Status Uploads::PlaceOrigin(const v1::Upload& upload) {
-  const auto origin = [&](const SessionState& state) {
-    return state.scans.empty() ? OriginByFirstScan(state.session, upload) : std::nullopt;
-  };
-  bool wanted = false;
-  journal_.Read([&](const SessionState& state) { wanted = origin(state).has_value(); });
-  if (!wanted) return absl::OkStatus();
-  const absl::Status forestalled = absl::AlreadyExistsError("another scan came first");
-  const absl::StatusOr<std::string> placed =
-      journal_.Execute({}, [&](const SessionState& state) -> absl::StatusOr<Draft> {
-        const std::optional<v1::Vector3> found = origin(state);
-        if (!found.has_value()) return forestalled;
-        Draft draft;
-        v1::SessionUpdatedEvent& updated = *draft.event.mutable_session_updated();
-        *updated.mutable_session() = state.session;
-        *updated.mutable_session()->mutable_origin() = *found;
-        updated.mutable_update_mask()->add_paths("origin");
-        return draft;
-      });
-  if (!placed.ok() && placed.status() != forestalled) return placed.status();
-  context_.ReadOrigin();
-  return absl::OkStatus();
-}
-
 absl::Status Uploads::Commit(const std::shared_ptr<Upload>& upload) {
   std::lock_guard<std::mutex> only_one(upload->commit_mutex());
   if (!upload->Complete()) return absl::OkStatus();
@@ -504,58 +526,16 @@ absl::Status Uploads::Commit(const std::shared_ptr<Upload>& upload) {
   if (!content.ok()) return Fail(*upload, content.status());
   // If this fails, the pieces have to be sent again.
   if (absl::Status synced = upload->Sync(); !synced.ok()) return synced;
+  if (described.has_file()) return BeginReading(upload);
   absl::Status kept = dependencies_.store.PutSpool(described.name(), content->sha256);
   if (!kept.ok()) return kept;
 
-  if (absl::Status placed = PlaceOrigin(described); !placed.ok()) {
-    dependencies_.store.ReleaseBlob(content->sha256).IgnoreError();
-    return placed;
-  }
-
-  std::string before;  // the blob of a preview that it replaces and that is of no more use
-  int64_t before_bytes = 0;
-  absl::StatusOr<std::string> name =
-      journal_.Execute({}, [&](const SessionState& state) -> absl::StatusOr<Draft> {
-        if (static_cast<size_t>(state.PendingScans()) >=
-            dependencies_.limits.pending_scans_per_session) {
-          return contract::Retryable(
-              absl::StatusCode::kResourceExhausted, "TOO_MANY_PENDING_SCANS",
-              absl::StrCat(state.PendingScans(),
-                           " scans wait to be registered and merged; send the last "
-                           "piece again later"),
-              kRetryUploadAfter);
-        }
-        Draft draft;
-        draft.blob = content->sha256;
-        draft.last_pieces = upload->LastPieces();
-        v1::Scan scan = ReceivedScan(described, *content, journal_.Now());
-        if (described.replaces().empty()) {
-          scan.set_name(contract::ChildName(context_.id(), "scans",
-                                            absl::StrCat("scan-", state.scan_order.size() + 1)));
-          *draft.event.mutable_scan_received()->mutable_scan() = std::move(scan);
-          return draft;
-        }
-        absl::StatusOr<ScanRecord> preview = PreviewOf(state, described);
-        if (!preview.ok()) return preview.status();
-        // One that is in the model is kept until the other is merged in its place.
-        if (!preview->in_model || !preview->preview_blob.empty()) {
-          before = preview->blob;
-          before_bytes = preview->scan.encoded_size_bytes();
-        }
-        *draft.event.mutable_scan_replaced()->mutable_scan() =
-            Replaced(preview->scan, std::move(scan));
-        return draft;
-      });
+  const absl::StatusOr<std::string> name =
+      intake_.Take({described, *content, upload->LastPieces()}, "");
   if (!name.ok()) {
-    dependencies_.store.ReleaseBlob(content->sha256).IgnoreError();
     // What it should replace is gone meanwhile, and does not come back.
     if (absl::IsFailedPrecondition(name.status())) return Fail(*upload, name.status());
     return name.status();
-  }
-  if (!before.empty()) {
-    context_.account()->GiveBack(before_bytes);
-    // What cannot be removed now is removed at the next start.
-    dependencies_.store.ReleaseBlob(before).IgnoreError();
   }
   upload->End(v1::UPLOAD_STATE_COMMITTED, "", *name);
   LetGo(*upload, described.name());
@@ -566,10 +546,110 @@ absl::Status Uploads::Commit(const std::shared_ptr<Upload>& upload) {
   return absl::OkStatus();
 }
 
-// Ends an upload that failed and returns the reason.
+absl::Status Uploads::BeginReading(const std::shared_ptr<Upload>& upload) {
+  absl::StatusOr<std::string> logged =
+      journal_.Execute({}, [&](const SessionState&) -> absl::StatusOr<Draft> {
+        Draft draft;
+        v1::Upload& received = *draft.event.mutable_upload_received()->mutable_upload();
+        received = upload->Describe();
+        received.set_state(v1::UPLOAD_STATE_READING);
+        draft.last_pieces = upload->LastPieces();
+        return draft;
+      });
+  if (!logged.ok()) return logged.status();
+  upload->BeginReading();
+  dependencies_.log.Info("file received",
+                         {{"session", context_.id()},
+                          {"upload", *logged},
+                          {"bytes", upload->Describe().total().encoded_size_bytes()}});
+  PostReading(upload);
+  return absl::OkStatus();
+}
+
+void Uploads::ResumeReading() {
+  std::vector<std::shared_ptr<Upload>> reading;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    for (const auto& [name, upload] : open_) {
+      if (upload->Reading()) reading.push_back(upload);
+    }
+  }
+  for (const std::shared_ptr<Upload>& upload : reading) PostReading(upload);
+}
+
+void Uploads::PostReading(const std::shared_ptr<Upload>& upload) {
+  if (dependencies_.files == nullptr) return;  // the next server reads it
+  const std::string who =
+      context_.tenant().empty() ? absl::StrCat("/", context_.id()) : context_.tenant();
+  dependencies_.files->Post(
+      who, context_.id(),
+      [this, upload, keep = context_.weak_from_this(),
+       reading = std::make_shared<FileReading>(context_, reconciler_, intake_, upload)](
+          const FileReadings::GivenUp& given_up) {
+        const std::shared_ptr<SessionContext> session = keep.lock();
+        if (session == nullptr) return std::chrono::milliseconds(0);
+        return ReadFile(*reading, upload, given_up);
+      });
+}
+
+std::chrono::milliseconds Uploads::ReadFile(FileReading& reading,
+                                            const std::shared_ptr<Upload>& upload,
+                                            const FileReadings::GivenUp& given_up) {
+  constexpr std::chrono::milliseconds kDone(0);
+  if (upload->let_go() || context_.closed() || given_up()) return kDone;
+  const std::string name = upload->Describe().name();
+  if (absl::Status begun = work_.Begin(name); !begun.ok()) {
+    if (!absl::IsFailedPrecondition(begun)) return FileReading::kAgain;
+    std::lock_guard<std::mutex> only_one(upload->commit_mutex());
+    if (!upload->let_go()) Fail(*upload, begun).IgnoreError();
+    return kDone;
+  }
+  const FileReading::Outcome outcome = reading.Run(given_up);
+  work_.End(name);
+  if (outcome == FileReading::Outcome::kGivenUp) return kDone;
+  if (outcome == FileReading::Outcome::kLater) {
+    Expire();
+    return upload->let_go() ? kDone : FileReading::kAgain;
+  }
+  std::lock_guard<std::mutex> only_one(upload->commit_mutex());
+  if (upload->let_go()) return kDone;
+  EndReading(reading, outcome, *upload);
+  return upload->let_go() ? kDone : FileReading::kAgain;
+}
+
+// Where the end cannot be logged, the file stays, and is read again; its scans are known.
+void Uploads::EndReading(const FileReading& reading, FileReading::Outcome outcome, Upload& upload) {
+  const bool failed = outcome == FileReading::Outcome::kFailed;
+  const absl::Status why = failed ? reading.why() : absl::OkStatus();
+  v1::Upload now = upload.Describe();
+  now.set_state(failed ? v1::UPLOAD_STATE_FAILED : v1::UPLOAD_STATE_COMMITTED);
+  now.set_state_message(failed ? std::string(why.message()) : reading.Notes());
+  now.set_state_reason(contract::ReasonOf(why));
+  now.set_state_code(static_cast<int32_t>(why.code()));
+  now.clear_read_size_bytes();
+  const absl::StatusOr<std::string> ended =
+      journal_.Execute({}, [&](const SessionState&) -> absl::StatusOr<Draft> {
+        Draft draft;
+        *draft.event.mutable_upload_ended()->mutable_upload() = now;
+        return draft;
+      });
+  if (ended.ok()) {
+    upload.End(now.state(), now.state_message(), "", why);
+    LetGo(upload, now.name());
+  }
+  dependencies_.log.Info(failed ? "a file was refused" : "file read",
+                         {{"session", context_.id()},
+                          {"upload", now.name()},
+                          {"setups", now.setup_count()},
+                          {"scans", now.scans_size()},
+                          {"reason", contract::ReasonOf(reading.why())},
+                          {"logged", ended.ok()}});
+}
+
+// Ends an upload and logs that.
 absl::Status Uploads::End(Upload& upload, v1::UploadState state, const std::string& why,
-                          const RequestKey& key) {
-  upload.End(state, why, "");
+                          const RequestKey& key, const absl::Status& failure) {
+  upload.End(state, why, "", failure);
   const v1::Upload ended = upload.Describe();
   absl::StatusOr<std::string> logged =
       journal_.Execute(key, [&](const SessionState&) -> absl::StatusOr<Draft> {
@@ -583,7 +663,8 @@ absl::Status Uploads::End(Upload& upload, v1::UploadState state, const std::stri
 }
 
 absl::Status Uploads::Fail(Upload& upload, const absl::Status& why) {
-  const absl::Status ended = End(upload, v1::UPLOAD_STATE_FAILED, std::string(why.message()), {});
+  const absl::Status ended =
+      End(upload, v1::UPLOAD_STATE_FAILED, std::string(why.message()), {}, why);
   return ended.ok() ? why : ended;
 }
 

@@ -2,6 +2,7 @@
 #ifndef VANTAGE_SERVER_SESSION_UPLOADS_H_
 #define VANTAGE_SERVER_SESSION_UPLOADS_H_
 
+#include <chrono>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -12,6 +13,10 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "server/session/begun_work.h"
+#include "server/session/file_reading.h"
+#include "server/session/file_readings.h"
+#include "server/session/scan_intake.h"
 #include "server/session/scan_reconciler.h"
 #include "server/session/session_context.h"
 #include "server/session/upload.h"
@@ -78,6 +83,10 @@ class Uploads {
 
   // After a restart: open uploads continue after their last piece.
   void Resume();
+  // Goes on reading files, once nothing that was stored is collected any more.
+  void ResumeReading();
+  // Reading that is under way is not counted as what brought the server to its end.
+  void GiveUp() { work_.EndAll(); }
   // Commits those of which all is there. Uploads that cannot be committed now are committed when
   // their sender asks again.
   void CommitComplete();
@@ -114,17 +123,30 @@ class Uploads {
   // Removes the upload from `open_`.
   void LetGo(Upload& upload, const std::string& name);
   absl::Status Commit(const std::shared_ptr<Upload>& upload);
-  // Before the session's first scan, where it says where the model lies (session_origin.h).
-  absl::Status PlaceOrigin(const v1::Upload& upload);
-  // Ends it and logs that. It was let go before, or the caller holds its commit_mutex().
+  // Whether there is a place for a file of that size among those on their way.
+  absl::Status CheckFile(int64_t bytes);
+  // All of a file is here: it is read from now on. The caller holds its commit_mutex().
+  absl::Status BeginReading(const std::shared_ptr<Upload>& upload);
+  void PostReading(const std::shared_ptr<Upload>& upload);
+  // Reads it, or goes on with that, and ends it where that is done; when to call it again.
+  std::chrono::milliseconds ReadFile(FileReading& reading, const std::shared_ptr<Upload>& upload,
+                                     const FileReadings::GivenUp& given_up);
+  void EndReading(const FileReading& reading, FileReading::Outcome outcome, Upload& upload);
+  // Of a file that is read, or was: whether piece and total, where there are any, are of it.
+  bool IsOfFile(const v1::Upload& upload, const UnpackedPiece* piece,
+                const v1::UploadTotal* total) const;
+  // Ends it and logs that. It was let go before, or the caller holds its commit_mutex(). `failure`:
+  // of one that failed.
   absl::Status End(Upload& upload, v1::UploadState state, const std::string& why,
-                   const RequestKey& key);
+                   const RequestKey& key, const absl::Status& failure = absl::OkStatus());
   absl::Status Fail(Upload& upload, const absl::Status& why);
 
   SessionContext& context_;
   Journal& journal_;
   const SessionDependencies& dependencies_;
   ScanReconciler& reconciler_;
+  ScanIntake intake_;
+  BegunWork work_;  // on files, by the names of their uploads
 
   mutable std::mutex mutex_;
   std::map<std::string, std::shared_ptr<Upload>> open_ ABSL_GUARDED_BY(mutex_);

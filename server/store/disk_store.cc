@@ -157,6 +157,12 @@ absl::Status DiskStore::ReadSpool(const std::string& spool,
   return spools_.Read(spool, visit);
 }
 
+absl::StatusOr<FileDescriptor> DiskStore::OpenSpool(const std::string& spool) const {
+  return spools_.OpenBytes(spool);
+}
+
+absl::StatusOr<int64_t> DiskStore::FreeBytes() const { return spools_.FreeBytes(); }
+
 absl::Status DiskStore::DropSpool(const std::string& spool) { return spools_.Drop(spool); }
 
 absl::StatusOr<std::vector<std::string>> DiskStore::Spools() const { return spools_.List(); }

@@ -147,6 +147,12 @@ absl::Status InstrumentedStore::ReadSpool(
     const std::string& spool, absl::FunctionRef<absl::Status(absl::string_view)> visit) const {
   return Instrumented(metrics_, log_, "read_spool", [&] { return store_.ReadSpool(spool, visit); });
 }
+absl::StatusOr<FileDescriptor> InstrumentedStore::OpenSpool(const std::string& spool) const {
+  return Instrumented(metrics_, log_, "open_spool", [&] { return store_.OpenSpool(spool); });
+}
+absl::StatusOr<int64_t> InstrumentedStore::FreeBytes() const {
+  return Instrumented(metrics_, log_, "free_bytes", [&] { return store_.FreeBytes(); });
+}
 absl::Status InstrumentedStore::DropSpool(const std::string& spool) {
   return Instrumented(metrics_, log_, "drop_spool", [&] { return store_.DropSpool(spool); });
 }

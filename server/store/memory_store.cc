@@ -1,5 +1,8 @@
 #include "server/store/memory_store.h"
 
+#include <fcntl.h>
+#include <sys/mman.h>
+
 #include <algorithm>
 #include <iterator>
 #include <utility>
@@ -312,6 +315,31 @@ absl::Status MemoryStore::ReadSpool(
     if (absl::Status visited = visit(record); !visited.ok()) return visited;
   }
   return absl::OkStatus();
+}
+
+absl::StatusOr<FileDescriptor> MemoryStore::OpenSpool(const std::string& spool) const {
+  const FileDescriptor whole(::memfd_create("spool", MFD_CLOEXEC));
+  if (!whole.ok()) return FileError("cannot make", spool);
+  std::lock_guard<std::mutex> lock(mutex_);
+  const auto it = spools_.find(spool);
+  if (it == spools_.end()) return absl::NotFoundError("no such spool");
+  uint64_t at = 0;
+  for (const std::string& record : it->second) {
+    std::string bytes;
+    if (absl::Status piece = AppendPiece(record, bytes); !piece.ok()) return piece;
+    if (absl::Status put = WriteAt(whole.get(), bytes, at, spool); !put.ok()) return put;
+    at += bytes.size();
+  }
+  // The same file, for reading only.
+  FileDescriptor reading(
+      ::open(absl::StrCat("/proc/self/fd/", whole.get()).c_str(), O_RDONLY | O_CLOEXEC));
+  if (!reading.ok()) return FileError("cannot open", spool);
+  return reading;
+}
+
+absl::StatusOr<int64_t> MemoryStore::FreeBytes() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return static_cast<int64_t>(capacity_ - used_);
 }
 
 absl::Status MemoryStore::DropSpool(const std::string& spool) {

@@ -46,6 +46,8 @@ class MemoryStore : public Store {
   absl::Status CutSpool(const std::string& spool, size_t records) override;
   absl::Status ReadSpool(const std::string& spool,
                          absl::FunctionRef<absl::Status(absl::string_view)> visit) const override;
+  absl::StatusOr<FileDescriptor> OpenSpool(const std::string& spool) const override;
+  absl::StatusOr<int64_t> FreeBytes() const override;
   absl::Status DropSpool(const std::string& spool) override;
   absl::StatusOr<std::vector<std::string>> Spools() const override;
   absl::StatusOr<absl::Duration> SeenTime() const override;

@@ -1,19 +1,30 @@
 #include "server/store/spool_folder.h"
 
 #include <fcntl.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <filesystem>
+#include <limits>
 #include <tuple>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
 #include "server/store/durable_file.h"
+#include "server/store/piece_record.h"
 #include "server/store/record_file.h"
 
 namespace vantage::store {
+namespace {
+
+// How files begin that hold a whole upload's bytes, for the moment in which they have a name.
+constexpr char kWhole[] = "whole-";
+
+}  // namespace
+
 // Names are of lower-case letters, digits, '-' and '/'.
 std::string SpoolFolder::FileOf(const std::string& spool) const {
   return absl::StrCat(path_, "/", absl::StrReplaceAll(spool, {{"/", "."}}));
@@ -107,6 +118,38 @@ absl::Status SpoolFolder::Read(const std::string& spool,
     return errno == ENOENT ? absl::OkStatus() : FileError("cannot open", path);
   }
   return VisitRecords(file.get(), path, visit).status();
+}
+
+absl::StatusOr<FileDescriptor> SpoolFolder::OpenBytes(const std::string& spool) const {
+  const std::string path = FileOf(spool);
+  const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (!file.ok()) return FileError("cannot open", path);
+  // What a crash leaves of it in between is no spool of any upload, and goes at the next start.
+  std::string named = absl::StrCat(path_, "/", kWhole, "XXXXXX");
+  const FileDescriptor whole(::mkostemp(named.data(), O_CLOEXEC));
+  if (!whole.ok()) return FileError("cannot make", named);
+  FileDescriptor reading(::open(named.c_str(), O_RDONLY | O_CLOEXEC));
+  const absl::Status opened = reading.ok() ? absl::OkStatus() : FileError("cannot open", named);
+  ::unlink(named.c_str());
+  if (!opened.ok()) return opened;
+  uint64_t at = 0;
+  const absl::StatusOr<int64_t> read =
+      VisitRecords(file.get(), path, [&](absl::string_view record) -> absl::Status {
+        std::string bytes;
+        if (absl::Status piece = AppendPiece(record, bytes); !piece.ok()) return piece;
+        const uint64_t begin = at;
+        at += bytes.size();
+        return WriteAt(whole.get(), bytes, begin, named);
+      });
+  if (!read.ok()) return read.status();
+  return reading;
+}
+
+absl::StatusOr<int64_t> SpoolFolder::FreeBytes() const {
+  struct statvfs about {};
+  if (::statvfs(path_.c_str(), &about) != 0) return FileError("cannot ask for the room at", path_);
+  const auto free = static_cast<uint64_t>(about.f_bavail) * static_cast<uint64_t>(about.f_frsize);
+  return static_cast<int64_t>(std::min<uint64_t>(free, std::numeric_limits<int64_t>::max()));
 }
 
 absl::Status SpoolFolder::Check(const std::string& spool) const {

@@ -15,6 +15,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "server/store/durable_file.h"
 
 namespace vantage::store {
 
@@ -31,6 +32,8 @@ class SpoolFolder {
   absl::Status Cut(const std::string& spool, size_t records);
   absl::Status Read(const std::string& spool,
                     absl::FunctionRef<absl::Status(absl::string_view)> visit) const;
+  absl::StatusOr<FileDescriptor> OpenBytes(const std::string& spool) const;
+  absl::StatusOr<int64_t> FreeBytes() const;
   // DATA_LOSS: a record that others follow is damaged.
   absl::Status Check(const std::string& spool) const;
   absl::Status Drop(const std::string& spool);

@@ -14,6 +14,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
+#include "server/store/durable_file.h"
 #include "vantage/storage/v1/log.pb.h"
 
 namespace vantage::store {
@@ -117,9 +118,16 @@ class Store {
   // still has.
   virtual absl::Status ReadSpool(
       const std::string& spool, absl::FunctionRef<absl::Status(absl::string_view)> visit) const = 0;
+  // The bytes that the pieces of a spool make, as a file of its own, open for reading: no name
+  // leads to it, and it is gone when it is closed. It takes as much room again. DATA_LOSS: a piece
+  // is damaged; NOT_FOUND: nothing of the spool is there.
+  virtual absl::StatusOr<FileDescriptor> OpenSpool(const std::string& spool) const = 0;
   virtual absl::Status DropSpool(const std::string& spool) = 0;
   // Every spool that was written and not dropped, sorted.
   virtual absl::StatusOr<std::vector<std::string>> Spools() const = 0;
+
+  // Bytes that it could still take; as many as the medium says, which others may use, too.
+  virtual absl::StatusOr<int64_t> FreeBytes() const = 0;
 
   // The time that servers of this store have seen pass (execution/seen_time.h), as last put; 0
   // where none was.

@@ -235,6 +235,7 @@ void UpgradeEvent(v1::SessionEvent& event) {
     }
     case v1::SessionEvent::kSessionCreated:
     case v1::SessionEvent::kUploadCreated:
+    case v1::SessionEvent::kUploadReceived:
     case v1::SessionEvent::kUploadEnded:
     case v1::SessionEvent::kViewRejected:
     case v1::SessionEvent::kRejectionDeleted:

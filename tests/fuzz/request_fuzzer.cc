@@ -143,7 +143,7 @@ const std::vector<Handle>& Handlers() {
 }  // namespace
 }  // namespace vantage::fuzz
 
-// Several requests, one after the other, to a server that has one session with an upload: a byte
+// Several requests, one after the other, to a server that has one session with two uploads: a byte
 // for the method, two for the length, the message. Each is answered with a canonical code that
 // blames nobody's programming.
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
@@ -161,6 +161,11 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   if (!rpc::handlers::CreateSession(sessions, create).ok()) std::abort();
   v1::CreateUploadRequest announce;
   announce.set_parent("sessions/job");
+  if (!rpc::handlers::CreateUpload(sessions, announce).ok()) std::abort();
+  // And one of a file; no input comes to its SHA-256, so that none is read.
+  announce.mutable_upload()->mutable_file()->set_name("scan.e57");
+  announce.mutable_upload()->mutable_total()->set_encoded_size_bytes(1000);
+  announce.mutable_upload()->mutable_total()->set_sha256(std::string(32, '\1'));
   if (!rpc::handlers::CreateUpload(sessions, announce).ok()) std::abort();
 
   size_t at = 0;

@@ -1,5 +1,6 @@
 #include "tests/support/scan_files.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -9,7 +10,9 @@
 
 namespace vantage::test_support {
 
-std::string E57Of(const sensor::RangeImage& image) {
+namespace {
+
+E57SetupFile SetupOf(const sensor::RangeImage& image, const std::string& head) {
   std::vector<double> range, azimuth, elevation;
   std::vector<int64_t> row, column;
   for (int c = 0; c < image.columns(); ++c) {
@@ -23,18 +26,42 @@ std::string E57Of(const sensor::RangeImage& image) {
     }
   }
   const size_t records = range.size();
-  E57SetupFile setup{absl::StrCat("<guid type=\"String\">scan</guid>",
-                                  E57Bounds(0, image.rows() - 1, 0, image.columns() - 1)),
-                     {E57Scaled("sphericalRange", 1e-4, 0, 0, 1'000'000, range),
-                      E57Scaled("sphericalAzimuth", 1e-6, 0, -3'200'000, 3'200'000, azimuth),
-                      E57Scaled("sphericalElevation", 1e-6, 0, -1'600'000, 1'600'000, elevation),
-                      E57Integers("rowIndex", 0, image.rows() - 1, row),
-                      E57Integers("columnIndex", 0, image.columns() - 1, column)},
-                     records,
-                     ""};
+  return {absl::StrCat(head, E57Bounds(0, image.rows() - 1, 0, image.columns() - 1)),
+          {E57Scaled("sphericalRange", 1e-4, 0, 0, 1'000'000, range),
+           E57Scaled("sphericalAzimuth", 1e-6, 0, -3'200'000, 3'200'000, azimuth),
+           E57Scaled("sphericalElevation", 1e-6, 0, -1'600'000, 1'600'000, elevation),
+           E57Integers("rowIndex", 0, image.rows() - 1, row),
+           E57Integers("columnIndex", 0, image.columns() - 1, column)},
+          records,
+          ""};
+}
+
+std::string Written(const std::vector<E57SetupFile>& setups) {
   E57Options options;
-  options.packets = records / 4000 + 1;  // a packet has at most 64 KiB
-  return WriteE57({setup}, options);
+  options.packets = 1;
+  for (const E57SetupFile& setup : setups) {
+    // A packet has at most 64 KiB.
+    options.packets = std::max<size_t>(options.packets, setup.records / 4000 + 1);
+  }
+  return WriteE57(setups, options);
+}
+
+}  // namespace
+
+std::string E57Of(const sensor::RangeImage& image) {
+  return Written({SetupOf(image, "<guid type=\"String\">scan</guid>")});
+}
+
+std::string E57OfSeveral(const std::vector<NamedScan>& scans) {
+  std::vector<E57SetupFile> setups;
+  for (const NamedScan& scan : scans) {
+    setups.push_back(
+        SetupOf(scan.image, absl::StrCat("<guid type=\"String\">scan-", setups.size(),
+                                         "</guid><name type=\"String\">", scan.name, "</name>",
+                                         E57Pose(1, 0, 0, 0, scan.position.x(), scan.position.y(),
+                                                 scan.position.z()))));
+  }
+  return Written(setups);
 }
 
 std::string PtxOf(const sensor::RangeImage& image) {

@@ -37,12 +37,14 @@ absl::StatusOr<v1::GetUploadResponse> GetUpload(const session::TenantSessions& s
 absl::StatusOr<v1::ListUploadsResponse> ListUploads(const session::TenantSessions& sessions,
                                                     const v1::ListUploadsRequest& request) {
   if (absl::Status valid = conversion::CheckRequest(request); !valid.ok()) return valid;
-  return ListOfSession<v1::ListUploadsResponse>(
+  absl::StatusOr<v1::ListUploadsResponse> listed = ListOfSession<v1::ListUploadsResponse>(
       sessions, request, "uploads", 1000,
       [&](session::Session& session, const std::string& after, size_t limit, bool& more) {
         return session.uploads().List(request, after, limit, more);
       },
       [](v1::ListUploadsResponse& response) { return response.mutable_uploads(); });
+  if (listed.ok()) listed->set_max_file_size_bytes(sessions.limits().file_bytes);
+  return listed;
 }
 
 }  // namespace vantage::rpc::handlers

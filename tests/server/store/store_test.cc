@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <memory>
@@ -254,6 +255,30 @@ TEST_P(StoreTest, ASpoolIsKeptAsTheBlobItComesTo) {
   EXPECT_EQ(store_->GetBlob(sha).value(), first + second);
   EXPECT_TRUE(store_->KeepBlobs({}).ok());
   EXPECT_TRUE(absl::IsNotFound(store_->GetBlob(sha).status()));
+}
+
+TEST_P(StoreTest, ASpoolIsReadAsTheFileItComesTo) {
+  EXPECT_EQ(store_->OpenSpool("sessions/a/uploads/upload-1").status().code(),
+            absl::StatusCode::kNotFound);
+  const std::string bytes(3000, 'x');
+  storage::v1::SpoolRecord record;
+  record.mutable_piece()->set_data("first ");
+  ASSERT_TRUE(store_->AppendSpool("sessions/a/uploads/upload-1", record.SerializeAsString()).ok());
+  record.mutable_piece()->set_data(bytes::ZstdCompress(bytes));
+  record.mutable_piece()->set_compression(v1::COMPRESSION_ZSTD);
+  record.mutable_piece()->set_uncompressed_size_bytes(3000);
+  ASSERT_TRUE(store_->AppendSpool("sessions/a/uploads/upload-1", record.SerializeAsString()).ok());
+  const int64_t free = store_->FreeBytes().value();
+  EXPECT_GT(free, 0);
+  const auto file = store_->OpenSpool("sessions/a/uploads/upload-1");
+  ASSERT_TRUE(file.ok()) << file.status();
+  std::string read(4000, '\0');
+  const ssize_t got = pread(file->get(), read.data(), read.size(), 0);
+  ASSERT_EQ(got, 3006);
+  EXPECT_EQ(read.substr(0, 3006), "first " + bytes);
+  // For reading only, and no spool of its own.
+  EXPECT_LT(write(file->get(), "x", 1), 0);
+  EXPECT_THAT(*store_->Spools(), ElementsAre("sessions/a/uploads/upload-1"));
 }
 
 TEST_P(StoreTest, BlobsAreCounted) {
