@@ -310,7 +310,8 @@ export class Job {
           return [page.rejections, page.nextPageToken];
         }),
         pages(async (pageToken) => {
-          const page = await scans.listUploads({ parent, pageSize, pageToken, states: [UploadState.OPEN] }, options);
+          const states = [UploadState.OPEN, UploadState.READING, UploadState.FAILED];
+          const page = await scans.listUploads({ parent, pageSize, pageToken, states }, options);
           return [page.uploads, page.nextPageToken];
         }),
         plans.listPlans({ parent, pageSize: 200, states: [PlanState.QUEUED, PlanState.RUNNING] }, options),

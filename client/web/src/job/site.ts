@@ -16,7 +16,7 @@ export interface Site {
   claims: Claim[];
   stations: Station[];
   rejections: Rejection[];
-  // Those that are open.
+  // Those that are open, being read, or failed.
   uploads: Upload[];
   // Plans that were heard of, by name.
   plans: Map<string, Plan>;
@@ -94,7 +94,8 @@ export function apply(site: Site, happened: SessionEvent): Site {
     case "scanRemoved": {
       const scan = event.value.scan;
       next.scans = put(site.scans, scan);
-      if (event.case === "scanReceived" && scan !== undefined) next.uploads = drop(site.uploads, scan.upload);
+      // A file becomes several; its upload ends by itself.
+      if (event.case === "scanReceived" && scan?.fileSetup === 0) next.uploads = drop(site.uploads, scan.upload);
       if (event.case === "scanMerged" && scan?.merge !== undefined) next.modelVersion = scan.merge.modelVersion;
       if (event.case === "scanRemoved") next.modelVersion = event.value.modelVersion;
       break;
@@ -129,10 +130,14 @@ export function apply(site: Site, happened: SessionEvent): Site {
       next.claims = drop(site.claims, event.value.claim?.name);
       break;
     case "uploadCreated":
+    case "uploadReceived":
       next.uploads = put(site.uploads, event.value.upload);
       break;
     case "uploadEnded":
-      next.uploads = drop(site.uploads, event.value.upload?.name);
+      next.uploads =
+        event.value.upload?.state === UploadState.FAILED
+          ? put(site.uploads, event.value.upload)
+          : drop(site.uploads, event.value.upload?.name);
       break;
     case "scannerCreated":
     case "scannerUpdated":
@@ -191,6 +196,19 @@ export function underWay(site: Site): Scan[] {
   return site.scans.filter((scan) =>
     [ScanState.RECEIVED, ScanState.REGISTERING, ScanState.MERGING].includes(scan.state),
   );
+}
+
+// Files that the server reads.
+export function readUploads(site: Site): Upload[] {
+  return site.uploads.filter((upload) => upload.state === UploadState.READING);
+}
+
+// Files of which no scan came, of the last day before the newest of them.
+export function refusedUploads(site: Site): Upload[] {
+  const day = 86_400;
+  const failed = site.uploads.filter((upload) => upload.state === UploadState.FAILED && upload.file !== undefined);
+  const newest = Math.max(...failed.map((upload) => seconds(upload.createTime)));
+  return failed.filter((upload) => seconds(upload.createTime) > newest - day);
 }
 
 // Uploads that somebody sends, or that were left.

@@ -3,8 +3,28 @@ import { afterEach, beforeEach, expect, test, vi } from "vitest";
 import { crc32c } from "../../src/send/crc32c";
 import { fileKind, rangeImageSize } from "../../src/send/file_kind";
 import { Surveyor } from "../browser/simulated_site";
-import { digest, sendFile, UploadEnded, type Bytes, type Place, type UploadServer } from "../../src/send/sending";
+import {
+  digest,
+  sendFile,
+  UploadEnded,
+  type Bytes,
+  type Place,
+  type Progress,
+  type UploadServer,
+} from "../../src/send/sending";
+import type { Turns } from "../../src/send/turns";
 
+interface Stored {
+  bytes: number[];
+  sequence: bigint;
+  state: Place["state"];
+  total: bigint;
+  message?: string;
+  reason?: string;
+  scans?: string[];
+  read?: number;
+  setups?: number;
+}
 class Passing extends Error {}
 class OutOfStep extends Error {}
 
@@ -14,11 +34,16 @@ function fileOf(bytes: Uint8Array): Bytes {
     slice: (from, to) => ({ arrayBuffer: async () => bytes.slice(from, to).buffer as ArrayBuffer }),
   };
 }
-const bytes = Uint8Array.from({ length: 1_000_000 }, (_, i) => (i * 2654435761) >>> 24);
+const bytes = Uint8Array.from({ length: 300_000 }, (_, i) => (i * 2654435761) >>> 24);
 
 // A server that keeps what came, byte by byte, and checks what it is sent.
 class Server implements UploadServer {
-  stored = new Map<string, { bytes: number[]; sequence: bigint; state: Place["state"]; total: bigint }>();
+  stored = new Map<string, Stored>();
+  // What the last byte brings about.
+  whole: Partial<Stored> = { state: "committed" };
+  told = new Set<string>();
+  // Called whenever somebody looks how far it is.
+  looked: (upload: Stored) => void = () => undefined;
   pieces = 0;
   gone = new Set<string>();
   // Called before each piece is stored and after.
@@ -29,11 +54,14 @@ class Server implements UploadServer {
     return {
       name,
       state: upload.state,
-      message: "",
+      message: upload.message ?? "",
+      reason: upload.reason ?? "",
       nextSequence: upload.sequence,
       nextOffset: BigInt(upload.bytes.length),
-      maxPiece: 100_000,
-      scan: upload.state === "committed" ? `scan of ${name}` : "",
+      maxPiece: 30_000,
+      scans: upload.scans ?? (upload.state === "committed" ? [`scan of ${name}`] : []),
+      read: upload.read ?? 0,
+      setups: upload.setups ?? 0,
     };
   }
   async begin(requestId: string, total: { size: bigint; sha256: Uint8Array }): Promise<Place> {
@@ -42,6 +70,7 @@ class Server implements UploadServer {
     return this.#place(requestId);
   }
   async get(name: string): Promise<Place> {
+    this.looked(this.stored.get(name)!);
     return this.#place(name);
   }
   async piece(
@@ -55,13 +84,14 @@ class Server implements UploadServer {
     expect(piece.crc32c).toBe(crc32c(piece.data));
     for (const byte of piece.data) upload.bytes.push(byte);
     upload.sequence += 1n;
-    if (BigInt(upload.bytes.length) === upload.total) upload.state = "committed";
+    if (BigInt(upload.bytes.length) === upload.total) Object.assign(upload, this.whole);
     this.fault("after", number);
     return this.#place(name);
   }
   async withdrawn(scan: string): Promise<boolean> {
     return this.gone.has(scan);
   }
+  wasTold = (name: string) => this.told.has(name);
   isPassing = (error: unknown) => error instanceof Passing;
   isOutOfStep = (error: unknown) => error instanceof OutOfStep;
   content(): number[][] {
@@ -69,8 +99,12 @@ class Server implements UploadServer {
   }
 }
 
-const send = (server: Server, signal = new AbortController().signal, about = "") =>
-  sendFile(fileOf(bytes), about, server, () => undefined, signal);
+// Without locks, as in browsers that have none.
+const everybody: Turns = { take: async () => () => undefined };
+const place = (server: Server, on: (progress: Progress) => void = () => undefined, turns = everybody) =>
+  sendFile(fileOf(bytes), "", server, turns, on, new AbortController().signal);
+const send = async (server: Server, signal = new AbortController().signal, about = "") =>
+  (await sendFile(fileOf(bytes), about, server, everybody, () => undefined, signal)).scans[0];
 beforeEach(() => void vi.useFakeTimers());
 afterEach(() => void vi.useRealTimers());
 
@@ -154,14 +188,113 @@ test("an upload that the server ended says so", async () => {
   await expect(send(server)).rejects.toThrow(UploadEnded);
 });
 
-test("files are told apart by how they begin", () => {
-  const head = (text: string) => new TextEncoder().encode(text.padEnd(64, "\0"));
-  expect(fileKind("a.vrim", head("VRIM\x01"))).toBe("rangeImage");
-  expect(fileKind("a.e57", head("ASTM-E57"))).toBe("e57");
-  expect(fileKind("a.ptx", head("1440\n600\n0 0 0\n"))).toBe("ptx");
-  expect(fileKind("a.fls", head("\x01\x02"))).toBe("vendor");
-  expect(fileKind("holiday.jpg", head("\xff\xd8\xff"))).toBe("unknown");
-  expect(fileKind("empty", new Uint8Array(0))).toBe("unknown");
+test("a file is followed while the server reads it", async () => {
+  const server = new Server();
+  server.whole = { state: "reading" };
+  let looks = 0;
+  server.looked = (upload) => {
+    upload.setups = 2;
+    upload.read = 30_000 * ++looks;
+    upload.scans = Array.from({ length: looks - 1 }, (_, i) => `scan-${i + 1}`);
+    if (looks === 3) upload.state = "committed";
+  };
+  const seen: Progress[] = [];
+  const sent = place(server, (progress) => seen.push(progress));
+  await vi.advanceTimersByTimeAsync(10_000);
+  expect((await sent).scans).toEqual(["scan-1", "scan-2"]);
+  expect(seen.filter(({ stage }) => stage === "onServer")).toEqual([
+    { stage: "onServer", done: 0, total: bytes.length, scans: 0, setups: 0 },
+    { stage: "onServer", done: 30_000, total: bytes.length, scans: 0, setups: 2 },
+    { stage: "onServer", done: 60_000, total: bytes.length, scans: 1, setups: 2 },
+  ]);
+});
+
+test("a file that the server could not read is told of, and sent again only when somebody wants it", async () => {
+  const server = new Server();
+  server.whole = { state: "failed", reason: "FILE_CUT_OFF", message: "it is cut off" };
+  const failure = async () => (await place(server).catch((error: unknown) => error)) as UploadEnded;
+  const first = await failure();
+  expect([first.reason, first.message]).toEqual(["FILE_CUT_OFF", "it is cut off"]);
+  expect(server.pieces).toBe(10);
+  // After the tab was closed: told at once, and nothing is sent.
+  expect((await failure()).upload).toBe(first.upload);
+  expect(server.pieces).toBe(10);
+  server.told.add(first.upload);
+  server.whole = { state: "committed" };
+  expect((await place(server)).state).toBe("committed");
+  expect(server.pieces).toBe(20);
+});
+
+test("a file comes again when all its scans were withdrawn, not before", async () => {
+  const server = new Server();
+  server.whole = { state: "committed", scans: ["a", "b"] };
+  const { name } = await place(server);
+  server.gone.add("a");
+  expect((await place(server)).name).toBe(name);
+  server.gone.add("b");
+  expect((await place(server)).name).not.toBe(name);
+});
+
+test("one of two tabs sends, and the other goes on when that is closed", async () => {
+  const server = new Server();
+  const taken = new Set<string>();
+  const turns: Turns = {
+    async take(name) {
+      if (taken.has(name)) return undefined;
+      taken.add(name);
+      return () => taken.delete(name);
+    },
+  };
+  const closed = new AbortController();
+  server.fault = (when, piece) => {
+    if (when === "after" && piece === 4) closed.abort();
+  };
+  const ignored = () => undefined;
+  const one = sendFile(fileOf(bytes), "", server, turns, ignored, closed.signal).catch(() => "closed");
+  const stages = new Set<string>();
+  const other = place(server, ({ stage }) => stages.add(stage), turns);
+  await vi.advanceTimersByTimeAsync(60_000);
+  expect(await one).toBe("closed");
+  expect((await other).state).toBe("committed");
+  // No piece came twice.
+  expect(server.pieces).toBe(10);
+  expect(server.content()).toEqual([Array.from(bytes)]);
+  expect([...stages]).toContain("elsewhere");
+});
+
+test("files are told apart by how they begin, whatever they are called", () => {
+  const kind = (text: string | Uint8Array, name = "scan.e57", size = 1_000_000) => {
+    const head = typeof text === "string" ? Uint8Array.from(text, (c) => c.charCodeAt(0)) : text;
+    return fileKind(name, head, size);
+  };
+  const e57 = (said: number) => {
+    const head = new Uint8Array(64);
+    head.set(new TextEncoder().encode("ASTM-E57"));
+    new DataView(head.buffer).setBigUint64(16, BigInt(said), true);
+    return head;
+  };
+  expect(kind(e57(1_000_000))).toBe("e57");
+  expect(kind(e57(1_000_001))).toBe("cutOff");
+  expect(kind("VRIM\x01".padEnd(64, "\0"))).toBe("cutOff");
+  expect(kind("1440\n600\n0 0 0\n1 0 0\n0 1 0\n", "holiday.jpg")).toBe("ptx");
+  expect(kind("1440\n600\n0 0 0\n", "s.ptx")).toBe("points");
+  expect(kind("# .PCD v0.7\nVERSION 0.7\n")).toBe("pcd");
+  expect(kind("x;y;z\n1.5;2;-3e2\n")).toBe("points");
+  expect(kind("LASF\0\0")).toBe("points");
+  expect(kind("LASF\0\0", "s.laz")).toBe("vendor");
+  expect(kind("ply\nformat ascii 1.0")).toBe("points");
+  expect(kind("\x01\x02", "a.fls")).toBe("vendor");
+  expect(kind("\xff\xd8\xff\xe0")).toBe("photo");
+  expect(kind("\0\0\0\x18ftypheic")).toBe("photo");
+  expect(kind("\0\0\0\x18ftypmp42")).toBe("video");
+  expect(kind("%PDF-1.7")).toBe("document");
+  expect(kind("PK\x03\x04\x14\0\0\0")).toBe("archive");
+  expect(kind("PK\x03\x04\x14\0\x01\0")).toBe("encrypted");
+  expect(kind("Salted__12345678")).toBe("encrypted");
+  expect(kind("\0\0\0\0")).toBe("cutOff");
+  expect(kind("Dear Sir")).toBe("unknown");
+  expect(kind("\x01\x02\x03")).toBe("unknown");
+  expect(kind("", "scan.e57", 0)).toBe("empty");
 });
 
 test("a range image that was cut off is told by its head", () => {

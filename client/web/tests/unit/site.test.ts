@@ -3,8 +3,19 @@ import { timestampFromMs } from "@bufbuild/protobuf/wkt";
 import { expect, test } from "vitest";
 import { SessionEventSchema, type SessionEvent } from "../../src/gen/vantage/v1/event_pb";
 import { ScanState } from "../../src/gen/vantage/v1/scan_pb";
+import { UploadState } from "../../src/gen/vantage/v1/upload_pb";
 import { SessionSchema } from "../../src/gen/vantage/v1/session_pb";
-import { apply, freshPlan, lastStation, stationNumber, withoutExpired, type Site } from "../../src/job/site";
+import {
+  apply,
+  freshPlan,
+  lastStation,
+  openUploads,
+  readUploads,
+  refusedUploads,
+  stationNumber,
+  withoutExpired,
+  type Site,
+} from "../../src/job/site";
 
 const empty: Site = {
   session: create(SessionSchema, { name: "sessions/s" }),
@@ -55,6 +66,29 @@ test("events build the site, and hearing them again changes nothing", () => {
   expect(site.stations.map((s) => s.name)).toEqual(["s1"]);
   expect(site.modelVersion).toBe(3n);
   for (const again of events) expect(apply(site, again)).toBe(site);
+});
+
+test("a file that the server reads is told of until its last scan has come, and when it failed", () => {
+  count = 0n;
+  const file = (name: string, state: UploadState) => ({ name, state, file: { name: "project.e57" } });
+  const received = (name: string, fileSetup: number) =>
+    event({ case: "scanReceived", value: { scan: { name, upload: "u1", fileSetup, state: ScanState.RECEIVED } } });
+  let site = [
+    event({ case: "uploadCreated", value: { upload: file("u1", UploadState.OPEN) } }),
+    event({ case: "uploadReceived", value: { upload: file("u1", UploadState.READING) } }),
+    received("a", 1),
+  ].reduce(apply, empty);
+  expect(openUploads(site)).toEqual([]);
+  expect(readUploads(site).map((upload) => upload.name)).toEqual(["u1"]);
+  site = [
+    received("b", 2),
+    event({ case: "uploadEnded", value: { upload: file("u1", UploadState.COMMITTED) } }),
+    event({ case: "uploadCreated", value: { upload: file("u2", UploadState.OPEN) } }),
+    event({ case: "uploadEnded", value: { upload: file("u2", UploadState.FAILED) } }),
+  ].reduce(apply, site);
+  expect(site.scans.length).toBe(2);
+  expect(readUploads(site)).toEqual([]);
+  expect(refusedUploads(site).map((upload) => upload.name)).toEqual(["u2"]);
 });
 
 test("a plan is fresh until something happens that it does not know of", () => {
