@@ -257,6 +257,10 @@ Qualification Qualify(const model::PlanningView& model, const ScanSurface& surfa
                         in_space, agreements, parallel);
     if (moved.Explain()) result.moved_area = moved.contradicting;
   }
+  if (result.contradiction_share > kContradictionFailed) {
+    // The scan was not made here, however well the overlap would hold it.
+    verdict.error_bound = verdict.rigorous_bound = 2 * OverlapGeometry::kUnconstrained;
+  }
   if (contradicts && !result.moved_area.has_value()) {
     Refuse(verdict,
            result.contradiction_share > kContradictionFailed ? RegistrationOutcome::kFailed
