@@ -77,13 +77,6 @@ double WatchMegabytes(pid_t pid) {
   return most;
 }
 
-std::string Contents(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::stringstream contents;
-  contents << file.rdbuf();
-  return contents.str();
-}
-
 // Waits until the file is there or the process has ended.
 bool WaitForFile(const std::string& folder, const std::string& file, pid_t pid) {
   const int watch = inotify_init1(IN_CLOEXEC | IN_NONBLOCK);
@@ -104,6 +97,13 @@ bool WaitForFile(const std::string& folder, const std::string& file, pid_t pid) 
 }
 
 }  // namespace
+
+std::string Contents(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::stringstream contents;
+  contents << file.rdbuf();
+  return contents.str();
+}
 
 ScratchFolder::ScratchFolder() {
   std::string name = ::testing::TempDir() + "/vantage-XXXXXX";

@@ -19,6 +19,9 @@ struct Finished {
   double peak_megabytes = 0;
 };
 
+// What a file holds; empty where it cannot be read.
+std::string Contents(const std::string& path);
+
 // Runs a program to its end. Arguments go to it as they are; no shell.
 Finished RunProgram(const std::vector<std::string>& arguments);
 

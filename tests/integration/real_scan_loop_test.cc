@@ -24,11 +24,6 @@ constexpr char kDensity[] = "100";
 constexpr char kAccuracy[] = "0.05";
 constexpr char kNoise[] = "scanner.range_noise_m=0.01";
 
-std::string Contents(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 class RealScansTest : public ::testing::Test {
  protected:
   void SetUp() override {

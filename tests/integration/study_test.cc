@@ -4,7 +4,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
 #include "tests/integration/answers.h"
 #include "tests/integration/process.h"
@@ -13,13 +12,6 @@ namespace vantage::integration {
 namespace {
 
 using ::testing::HasSubstr;
-
-std::string Contents(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
 
 Finished Study(const std::string& folder, const std::vector<std::string>& more = {},
                const std::string& server = VANTAGED_BINARY) {
