@@ -1,0 +1,70 @@
+// What was moved between scans, and doors that have to stay open, on the page.
+import { mkdirSync } from "node:fs";
+import { create } from "@bufbuild/protobuf";
+import { afterAll, beforeAll, expect, test } from "vitest";
+import type { Page } from "playwright-core";
+import { SiteChangeKind } from "../../src/gen/vantage/v1/scan_pb";
+import { SessionSchema } from "../../src/gen/vantage/v1/session_pb";
+import { goTo, isAccessible, sendFile, Site } from "./harness";
+import { Surveyor } from "./simulated_site";
+
+const site = new Site();
+beforeAll(() => site.start());
+afterAll(async () => {
+  await site.stop();
+  expect(site.errors).toEqual([]);
+});
+
+async function picture(page: Page, name: string): Promise<void> {
+  const folder = process.env.VANTAGE_SCREENSHOTS;
+  if (folder === undefined) return;
+  mkdirSync(folder, { recursive: true });
+  await page.waitForTimeout(400);
+  await page.screenshot({ path: `${folder}/${name}.png` });
+}
+
+test("a cupboard that came is told where a scan's gain is, listed with its size, and on the plan", async () => {
+  const session = "sessions/moved";
+  await site.api.sessions.createSession({
+    sessionId: "moved",
+    session: create(SessionSchema, { displayName: "moved", planningConfig: { requiredDensityPerM2: 400 } }),
+  });
+  const scans = async () => (await site.api.scans.listScans({ parent: session })).scans;
+  const page = await site.tablet({}, "#/moved/stations");
+  const surveyor = new Surveyor();
+  await sendFile(page, "first.vrim", surveyor.first());
+  const mergedCount = async () => (await scans()).filter((scan) => scan.merge !== undefined).length;
+  await expect.poll(mergedCount, { timeout: 60_000 }).toBe(1);
+
+  // A cupboard of 0.9 m by 0.5 m, 1.6 m high, where there was free floor.
+  surveyor.things = [[3.6, 2.9, 0, 4.5, 3.4, 1.6]];
+  // From where somebody stood, so that the page offers it as the scan's place.
+  const position = { x: 0.8, y: 0.2, z: 0 };
+  await site.api.fleet.createStation({ parent: session, station: { position } });
+  await page.getByText("Made, data to come").waitFor();
+  await sendFile(page, "second.vrim", surveyor.at(position));
+  // By another hand than the page's: what the server says is what the page has to show.
+  await expect.poll(mergedCount, { timeout: 60_000 }).toBe(2);
+  const changes = (await scans())[1]!.merge!.changes;
+  expect(changes.map(({ kind }) => kind)).toContain(SiteChangeKind.CAME);
+  const sentence = page.getByText(/Since earlier scans .*\d+ things? came/);
+  await sentence.first().waitFor();
+
+  await page.getByRole("button", { name: /second/ }).tap();
+  await page.getByRole("heading", { name: "Moved since earlier scans" }).waitFor();
+  expect(await page.getByRole("dialog").locator(".changes li").count()).toBe(changes.length);
+  await page
+    .getByText(/New since station 1 · \d\.\d\sm long, \d\.\d\sm high · \d\.\d\sm from this station/)
+    .first()
+    .waitFor();
+  await isAccessible(page, "what was moved");
+  await picture(page, "moved-sheet");
+  await page.getByRole("dialog").getByRole("button", { name: "Close", exact: true }).tap();
+
+  // On the plan beside the station, by keys alone.
+  await goTo(page, "Plan");
+  await page.getByRole("button", { name: "Station 2", exact: true }).press("Enter");
+  await sentence.first().waitFor();
+  await picture(page, "moved-plan");
+  await page.context().close();
+}, 120_000);
