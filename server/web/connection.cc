@@ -23,6 +23,9 @@ constexpr size_t kMaxThrownAway = 1 << 20;
 constexpr size_t kStep = 64 << 10;
 // JSON is longer than the message: bytes are in base64 there, and numbers in words.
 constexpr int64_t kJsonToMessage = 2;
+// JSON of more bytes is read one body at a time: a megabyte may take half a second, and who sends
+// it need not have shown who they are. This much takes 9 ms at most.
+constexpr size_t kQuickJson = 16 << 10;
 // Answers up to this size are always sent.
 constexpr size_t kSmallAnswer = 64 << 10;
 
@@ -92,6 +95,7 @@ void Connection::Disarm() {
 void Connection::Close() {
   if (state_ == State::kClosed) return;
   state_ = State::kClosed;
+  closed_ = true;
   Disarm();
   wire_->Close();
   if (upstream_ != nullptr) upstream_->Cancel();
@@ -220,8 +224,25 @@ void Connection::Call() {
   Disarm();
   state_ = State::kCalling;
   head_ = reader_.Finish();
-  absl::StatusOr<std::string> message = ReadMessage(call_, std::move(head_.body));
+  std::string body = std::move(head_.body);
   head_.body.clear();
+  if (!call_.json || body.size() <= kQuickJson)
+    return CallWith(ReadMessage(call_, std::move(body)));
+  // The body counts as taken in until it is read, also where the client has left by then.
+  boost::asio::post(
+      common_.one_at_a_time, [self = shared_from_this(), call = call_, text = std::move(body),
+                              kept = std::make_shared<ByteBudget::Share>(std::move(taken_in_))] {
+        if (self->closed_) return;
+        absl::StatusOr<std::string> message = ReadMessage(call, text);
+        boost::asio::post(self->executor_, [self, kept, read = std::move(message)]() mutable {
+          if (self->state_ == State::kClosed) return;
+          self->taken_in_ = std::move(*kept);
+          self->CallWith(std::move(read));
+        });
+      });
+}
+
+void Connection::CallWith(absl::StatusOr<std::string> message) {
   if (!message.ok()) {
     Response answer = ErrorAnswer(call_, OwnError(message.status()));
     return AnswerCall(std::move(answer));

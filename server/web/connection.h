@@ -55,7 +55,9 @@ struct Common {
   const bool identified;
   const Patience patience;
   ByteBudget budget;
-  Turns turns;                        // of messages of streams
+  Turns turns;  // of messages of streams
+  // Where JSON that is large is read: one body at a time, so that other threads serve the others.
+  boost::asio::any_io_executor one_at_a_time;
   std::atomic<bool> crowded{false};   // most places are taken
   std::atomic<bool> draining{false};  // no connection goes on after its answer
   std::function<void(int status)> count_answer;
@@ -94,6 +96,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void AdvanceBody();
   int64_t MostBytes() const;
   void Call();
+  void CallWith(absl::StatusOr<std::string> message);
   void CallOnce(const UpstreamRequest& request);
   void CallForStream(const UpstreamRequest& request);
   void OnAnswer(const grpc::Status& status, std::string message);
@@ -123,6 +126,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   const std::chrono::steady_clock::time_point since_ = std::chrono::steady_clock::now();
   rpc::Arrival arrival_;
   State state_ = State::kHandshake;
+  std::atomic<bool> closed_{false};  // for other threads: state_ is kClosed
   bool ending_ = false;
 
   boost::asio::steady_timer timer_;

@@ -39,7 +39,8 @@ using StreamProtocol = asio::generic::stream_protocol;
 using Acceptor = asio::basic_socket_acceptor<StreamProtocol>;
 
 // Links that fall silent: as those of gRPC, noticed within 15 s. What was sent and is not
-// acknowledged ends a connection by itself; where nothing is under way, questions are.
+// acknowledged ends a connection by itself; where nothing is under way, questions are. A stream
+// that speaks in between ends later, counted from then: tablets change from one Wi-Fi to the next.
 constexpr int kAskAfterSeconds = 5;
 constexpr int kAskEverySeconds = 4;
 constexpr int kAsk = 2;
@@ -154,14 +155,20 @@ class Gateway::Listener {
                 Turns(kMessagesAtOnce),
                 {},
                 {},
+                {},
                 [this](int status) { CountAnswer(status); }},
         io_(options_.threads),
         work_(asio::make_work_guard(io_)),
         strand_(asio::make_strand(io_)),
         acceptor_(strand_),
-        again_(strand_) {}
+        again_(strand_) {
+    common_.one_at_a_time = asio::make_strand(io_);
+  }
 
-  ~Listener() { Stop(std::chrono::milliseconds(0)); }
+  ~Listener() {
+    Stop(std::chrono::milliseconds(0));
+    common_.one_at_a_time = {};  // before what it runs on
+  }
   Listener(const Listener&) = delete;
   Listener& operator=(const Listener&) = delete;
 

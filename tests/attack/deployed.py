@@ -11,6 +11,7 @@ import grpc
 
 from http2 import DATA, END_HEADERS, END_STREAM, HEADERS, Link, call, frame, message
 from server import LISTING, START_SECONDS, Server
+from web import WebLink
 
 HAPROXY = shutil.which("haproxy", path=os.environ["PATH"] + ":/usr/sbin")
 OPENSSL = shutil.which("openssl")
@@ -58,11 +59,13 @@ class Authority:
 class DeployedServer(Server):
     """`haproxy_cfg`: that of deploy. `authorities`: PEM files of what signs clients' certificates."""
 
+    WEB = ("--web", "unix:FOLDER/web.sock")
+    proxied = "haproxy"
+
     def __init__(self, haproxy_cfg, binary, *flags, authorities=(), **how):
         if "--callers" in flags:
             flags += PROXIED
-        super().__init__(binary, "--listen", "unix:FOLDER/vantaged.sock",
-                         "--web", "unix:FOLDER/web.sock", *flags, **how)
+        super().__init__(binary, "--listen", "unix:FOLDER/vantaged.sock", *flags, **how)
         openssl(self.folder, "req", "-x509", *new_key("tls.key"), "-days", "2", "-subj",
                 "/CN=localhost", "-addext", "subjectAltName=DNS:localhost,IP:127.0.0.1", "-out",
                 "tls.crt")
@@ -101,6 +104,12 @@ class DeployedServer(Server):
         context.set_alpn_protocols(["h2"])
         return Link(self.front, source=source, tls=context if how.get("greet", True) else None,
                     **how)
+
+    def web_link(self, **how):
+        return WebLink(self.front, tls=self.path("tls.crt"), **how)
+
+    def web_target(self):
+        return self.flood_target()
 
     def channel(self, shown=(), **options):
         """`shown`: key and certificate of a client, PEM. `options`: of the channel."""

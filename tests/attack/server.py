@@ -11,6 +11,7 @@ import urllib.request
 import grpc
 
 from http2 import Link
+from web import WebLink
 
 START_SECONDS = 60
 LISTING = b"/vantage.v1.SessionService/ListSessions"
@@ -19,11 +20,16 @@ LISTING = b"/vantage.v1.SessionService/ListSessions"
 class Server:
     """`files`: how many it may have open. `stderr`: a descriptor to log to, instead of a file."""
 
+    # Where it listens to browsers, unless its flags say so.
+    WEB = ("--web", "127.0.0.1:0", "--web-port-file", "FOLDER/web")
+    proxied = None  # by whose address it is reached
+
     def __init__(self, binary, *flags, files=None, stderr=None):
         self.folder = tempfile.mkdtemp(prefix="vantage-attack-")
         self.log_path = self.path("log")
         limit = None if files is None else (
             lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (files, files)))
+        flags = (*(self.WEB[2:] if "--web" in flags else self.WEB), *flags)
         with open(self.log_path, "wb") as log:
             self.process = subprocess.Popen(
                 [binary, "--listen", "127.0.0.1:0", "--port-file", self.path("port"),
@@ -35,6 +41,16 @@ class Server:
 
     def link(self, **how):
         return Link(self.port, **how)
+
+    def web_port(self):
+        return self._port("web")
+
+    def web_link(self, **how):
+        return WebLink(self.web_port(), **how)
+
+    def web_target(self):
+        """As flood_target, of the web's port."""
+        return self.web_port(), None
 
     def channel(self):
         return grpc.insecure_channel(f"127.0.0.1:{self.port}")

@@ -37,6 +37,7 @@ from http2 import (CONTINUATION, DATA, END_HEADERS, END_STREAM, GOAWAY, HEADERS,
 from identity_provider import IdentityProvider, base64url
 from range_image import room, send, sphere
 from server import Server
+from web import WebAttacks
 
 # What a flood may cost as deployed: memory, the time of a bystander's calls (p99), processor time.
 MOST_MB, MOST_MS, MOST_CPU_S = 200, 100, 1
@@ -102,7 +103,7 @@ def ask(channel, service, method, request, token=None, response_class=None, time
         return error.code().name, error.details()
 
 
-class Attacks:
+class Attacks(WebAttacks):
     """`start`: makes a server, given its flags."""
 
     def __init__(self, start, contract):
@@ -120,6 +121,10 @@ class Attacks:
         extra = "  ".join(f"{key} {value}" for key, value in figures.items())
         print(f"{'held ' if held else 'KNOWN' if known else 'BROKE'}  {name}: {got}" +
               (f"  ({extra})" if extra else ""), flush=True)
+
+    def start_is_bare(self):
+        """Whether servers are attacked without a proxy in front."""
+        return self.start.func is Server
 
     def well(self, server):
         """Whether it lives, and serves somebody who behaves."""
@@ -801,7 +806,8 @@ class Attacks:
             for part in (self.names_and_tokens, self.jwt, self.shares, self.uploads, self.failures, self.paths_and_counts, self.bombs,
                          self.large_scans, self.names_used_again, self.shutdown, self.log_readers, self.renewals,
                          self.connections, self.few_files, self.slow_readers, self.malformed,
-                         self.floods):
+                         self.floods, self.web_slow, self.web_idle, self.web_pipelined, self.web_streams,
+                         self.web_answers, self.web_vanished, self.web_bodies, self.web_floods):
                 if not only or part.__name__.startswith(only):
                     part()
         return self.rows
@@ -822,7 +828,8 @@ def main():
     parser.add_argument("--contract", required=True, help="its descriptor set, vantage.v1.binpb")
     parser.add_argument("--only", default="", help="names_and_tokens, jwt, shares, uploads, paths_and_counts, "
                         "bombs, large_scans, names_used_again, shutdown, log_readers, renewals, connections, "
-                        "few_files, slow_readers, malformed or floods")
+                        "few_files, slow_readers, malformed, floods, web_slow, web_idle, web_pipelined, "
+                        "web_streams, web_answers, web_vanished, web_bodies, web_floods, or what several begin with: web")
     parser.add_argument("--haproxy-cfg", help="attack it also as deployed: behind HAProxy with "
                         "this configuration")
     parser.add_argument("--minutes", type=float, default=0, help="again and again for so long")

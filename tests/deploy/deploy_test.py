@@ -119,6 +119,80 @@ class ConfigurationTest(DeployTest):
         self.assertIn(f'http = "0.0.0.0:{port}"', pod["data"]["vantaged.toml"])
 
 
+class LicencesTest(DeployTest):
+    """What npm's packages bring into the page is named where a package and an image say what they hold."""
+    PAGE = ROOT / "build" / "web" / "licences.txt"
+    # Of the package's own list, by another way than the one that licences.txt is made by: these are
+    # in the page or it could not be.
+    WRITTEN_WITH = ("svelte", "@connectrpc/connect-web", "@connectrpc/connect", "@bufbuild/protobuf",
+                    "@noble/hashes")
+
+    def page(self):
+        """Names and versions of the packages, as the lock file has them, and licences.txt."""
+        if not self.PAGE.exists():
+            self.skipTest("the page was not built: ./dev build web")
+        lock = json.loads((ROOT / "client/web/package-lock.json").read_text())["packages"]
+        self.assertEqual(set(lock[""]["dependencies"]), set(self.WRITTEN_WITH))
+        return ({name: lock[f"node_modules/{name}"]["version"] for name in self.WRITTEN_WITH},
+                self.PAGE.read_text())
+
+    def copyright(self, page):
+        to = self.scratch() / "copyright"
+        done = run("cmake", f"-DLICENSE={ROOT / 'LICENSE'}", f"-DPAGE={page}", f"-DTO={to}",
+                   "-P", DEPLOY / "debian" / "copyright.cmake")
+        self.assertEqual((done.returncode, done.stdout), (0, ""))
+        return to.read_text()
+
+    def test_copyright_names_what_is_in_the_page(self):
+        packages, page = self.page()
+        text = self.copyright(self.PAGE)
+        licence = (ROOT / "LICENSE").read_text()
+        self.assertTrue(text.startswith(licence))
+        self.assertTrue(text.endswith(page))
+        for name, version in packages.items():
+            self.assertRegex(text, rf"(?m)^== {name} {version} \([A-Za-z0-9. -]+\)$")
+        # One text for each kind that ours is not.
+        for kind in ("Permission is hereby granted, free of charge", "Redistribution and use in source"):
+            self.assertIn(kind, text)
+        self.assertEqual(self.copyright(self.scratch() / "none"), licence)
+        # It is what is installed.
+        self.assertIn("copyright.cmake", (BUILD / "deploy" / "cmake_install.cmake").read_text())
+
+    def sbom(self, root):
+        done = subprocess.run(["sh", ROOT / "docker" / "sbom.sh", root, "vantage-server"], text=True,
+                              stdout=subprocess.PIPE, check=True)
+        return json.loads(done.stdout)
+
+    def test_the_image_lists_what_is_in_the_page(self):
+        self.needs("dpkg-query")
+        packages, _ = self.page()
+        root = self.scratch()
+        for folder in ("var/lib/dpkg", "usr/bin", "usr/share/vantage/web"):
+            (root / folder).mkdir(parents=True)
+        (root / "usr/bin/vantaged").write_bytes(b"it")
+        (root / "var/lib/dpkg/status").write_text(
+            "".join(f"Package: {name}\nStatus: install ok installed\nVersion: {version}\n"
+                    f"Architecture: amd64\nMaintainer: a\nDescription: b\n\n"
+                    for name, version in (("vantage-server", "0.1.0"), ("libstdc++6", "12.2.0-14"))))
+        without = self.sbom(root)
+        self.assertEqual([part["name"] for part in without["packages"]], ["libstdc++6", "vantage-server"])
+        shutil.copy(self.PAGE, root / "usr/share/vantage/web")
+        sbom = self.sbom(root)
+        self.assertEqual(sbom["packages"][:2], without["packages"])
+        bundled = {part["name"]: part for part in sbom["packages"][2:]}
+        for name, version in packages.items():
+            part = bundled[name]
+            self.assertEqual(part["versionInfo"], version)
+            self.assertEqual(part["externalRefs"][0]["referenceLocator"],
+                             f"pkg:npm/{name.replace('@', '%40')}@{version}")
+            self.assertRegex(part["licenseDeclared"], r"^(MIT|Apache-2\.0( AND BSD-3-Clause)?)$")
+        ids = [part["SPDXID"] for part in sbom["packages"]]
+        self.assertEqual(len(set(ids)), len(ids))
+        self.assertEqual([one["relatedSpdxElement"] for one in sbom["relationships"]], ids)
+        for one in ids:
+            self.assertRegex(one, r"^SPDXRef-[A-Za-z0-9.-]+$")
+
+
 class KubernetesTest(DeployTest):
     GROUPS = {"v1": "core/v1", "apps/v1": "apps/v1", "networking.k8s.io/v1": "networking/v1",
               "policy/v1": "policy/v1"}

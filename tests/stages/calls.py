@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """calls.py PAGE RULES: runs the lines of the page that begin with '$', in order, in one shell, and
 checks that each ends as the page says: well, or with the error that stands behind '#'. Every method
-of RULES must be on the page."""
+of RULES must be on the page. The page's lines see the contract as they do in a checkout."""
 
 import pathlib
 import re
@@ -11,7 +11,8 @@ import sys
 import tempfile
 import time
 
-PORT = "7464"  # on the page
+PORTS = ("7464", "7466")  # on the page
+CONTRACT = pathlib.Path(__file__).resolve().parent.parent.parent / "proto"
 
 
 def lines_of(page):
@@ -67,21 +68,24 @@ def main():
                if f"{service}/{method} " not in page and method not in ("UploadScan",)]
     if missing:
         sys.exit(f"the page lacks {', '.join(missing)}")
-    port, failed, ran = free_port(), 0, 0
+    ports, failed, ran = {port: free_port() for port in PORTS}, 0, 0
     with tempfile.TemporaryDirectory() as folder:
+        (pathlib.Path(folder) / "proto").symlink_to(CONTRACT)
         shell = Shell(folder)
         try:
             for command, error in lines_of(page):
-                command = command.replace(PORT, port)
+                for port, free in ports.items():
+                    command = command.replace(f"127.0.0.1:{port}", f"127.0.0.1:{free}")
                 if command.startswith("vantaged "):
                     shell.run(command.removesuffix("&") + ">log 2>&1 &")
                     until = time.monotonic() + 60
-                    while not serves(port) and time.monotonic() < until:
+                    while not all(map(serves, ports.values())) and time.monotonic() < until:
                         time.sleep(0.1)
                     continue
                 status, said = shell.run(command)
                 ran += 1
-                well = status == 0 if error is None else f'"code": "{error}"' in said
+                well = status == 0 if error is None else re.search(
+                    rf'"code": ?"{error}"', said) is not None
                 if not well:
                     failed += 1
                     print(f"{command}\nended with {status}, expected {error or 'success'}:\n{said}")

@@ -9,6 +9,8 @@ source "$(dirname "${BASH_SOURCE[0]}")/prelude.sh"
 "$stages/build_web.sh"
 # What is loaded before the first picture, compressed, must stay small: tablets at the end of a Wi-Fi.
 node client/web/tests/first_load.mjs build/web
+# Whose code it has, and under which licences, goes along.
+(cd client/web && node tests/licences.mjs ../../build/web)
 (cd client/web && npm run format && npm run check && npm run test)
 server=$root/build/release/server/vantaged
 [[ -x $server ]] || {

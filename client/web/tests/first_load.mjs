@@ -1,5 +1,5 @@
 // first_load.mjs FOLDER: what a browser fetches before the first screen stands, compressed, must be 300 kB at
-// most. The page's own chunk, its style and one language; three.js and the rest come when they are needed.
+// most. The page's own chunk, its style and one language; the rest comes when it is needed.
 import { readFileSync, readdirSync } from "node:fs";
 import { join } from "node:path";
 import { gzipSync } from "node:zlib";

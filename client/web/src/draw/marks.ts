@@ -2,11 +2,12 @@
 import type { Opening } from "../gen/vantage/v1/coverage_pb";
 import type { Claim, Station } from "../gen/vantage/v1/fleet_pb";
 import type { Vector3 } from "../gen/vantage/v1/geometry_pb";
-import type { NarrowWay, RankedView } from "../gen/vantage/v1/plan_pb";
+import type { NarrowWay, OpenDoor, RankedView } from "../gen/vantage/v1/plan_pb";
 import { RegistrationOutcome } from "../gen/vantage/v1/registration_pb";
-import type { Scan } from "../gen/vantage/v1/scan_pb";
+import { SiteChangeKind, type Scan, type SiteChange } from "../gen/vantage/v1/scan_pb";
 import type { Rejection } from "../gen/vantage/v1/session_pb";
 import { merged, type Site } from "../job/site";
+import { changeLabel, changesOf } from "../words/changes";
 
 interface Placed {
   // m, world.
@@ -33,6 +34,17 @@ export type Mark = Placed &
     | { type: "narrow"; way: NarrowWay }
     // A place that was refused, since a scan from there would not align.
     | { type: "refused"; view: RankedView }
+    // A door that has to stay open until the scan is made.
+    | { type: "openDoor"; door: OpenDoor }
+    // What a scan shows to have come, or to be gone, since earlier ones; its outline on the floor, m, world.
+    | {
+        type: "change";
+        scan: Scan;
+        change: SiteChange;
+        label: string;
+        came: boolean;
+        outline: { x: number; y: number }[];
+      }
   );
 
 export interface Band {
@@ -66,6 +78,9 @@ export function marksOf(
     narrow?: readonly NarrowWay[];
     // The refused place whose targets are shown.
     advised?: RankedView | undefined;
+    // The place whose doors have to stay open, and the scan whose changes are shown.
+    through?: RankedView | undefined;
+    changed?: Scan | undefined;
     scannerName: (name: string) => string;
   },
 ): Mark[] {
@@ -88,6 +103,12 @@ export function marksOf(
   for (const way of what.narrow ?? []) {
     if (way.narrowest !== undefined && way.narrowest.z >= band.floor - 0.5 && way.narrowest.z < band.top - 0.3)
       marks.push({ type: "narrow", way, ...at(way.narrowest) });
+  }
+  if (what.changed !== undefined) marks.push(...changeMarks(what.changed, band));
+  for (const door of what.through?.openDoors ?? []) {
+    // On the floor, which a storey begins with.
+    if (door.centre !== undefined && door.centre.z >= band.floor - 0.5 && door.centre.z < band.top - 0.3)
+      marks.push({ type: "openDoor", door, ...at(door.centre) });
   }
   what.advised?.targetAdvice?.places.forEach((place, i) => {
     if (place.position !== undefined && place.position.z < band.top)
@@ -124,6 +145,20 @@ export function marksOf(
     marks.push({ type: "view", view: target, rank, target: true, ...at(target.position) });
   }
   return marks;
+}
+
+// What one scan shows to have been moved, as far as it is on the storey.
+export function changeMarks(scan: Scan, band: Band): Mark[] {
+  return changesOf(scan).flatMap((change, i) => {
+    const { min, max } = change.box ?? {};
+    if (change.centre === undefined || !within(band, change.centre.z)) return [];
+    const outline =
+      min === undefined || max === undefined
+        ? []
+        : [min, { x: max.x, y: min.y }, max, { x: min.x, y: max.y }].map(({ x, y }) => ({ x, y }));
+    const came = change.kind === SiteChangeKind.CAME;
+    return [{ type: "change", scan, change, label: changeLabel(change, i), came, outline, ...at(change.centre) }];
+  });
 }
 
 // Where a scanner of the fleet stands, as far as its scans tell.

@@ -179,6 +179,7 @@ export function draw(
   for (const mark of scene.marks) {
     if (mark.type === "door") drawDoor(context, projection, mark, colours, font(18, 800));
     if (mark.type === "rejection") drawRejection(context, projection, mark, colours);
+    if (mark.type === "change") drawChange(context, projection, mark, colours);
   }
   drawRegion(context, projection, scene.region, regionEdge, colours);
   drawWay(context, projection, scene.way, colours);
@@ -212,6 +213,12 @@ export function draw(
         break;
       case "refused":
         drawRefused(context, at, mark === scene.selected, colours, font(17, 800));
+        break;
+      case "openDoor":
+        drawOpenDoor(context, at, mark === scene.selected, colours);
+        break;
+      case "change":
+        drawChangeLabel(context, at, mark.label, mark === scene.selected, colours, font(16, 800));
         break;
       case "narrow":
         drawNarrow(context, at, mark === scene.selected, colours);
@@ -768,6 +775,72 @@ function drawNarrow(context: CanvasRenderingContext2D, at: Point, selected: bool
   context.lineWidth = 2.5;
   context.strokeStyle = colours.ink;
   context.stroke();
+}
+
+// Where a door has to stay open: a frame, and its leaf ajar.
+function drawOpenDoor(context: CanvasRenderingContext2D, at: Point, selected: boolean, colours: Colours): void {
+  disc(context, at, 16);
+  context.fillStyle = colours.paper;
+  context.fill();
+  context.lineWidth = selected ? 4 : 2.5;
+  context.strokeStyle = colours.warn;
+  context.stroke();
+  context.beginPath();
+  // The wall on both sides of it, from above.
+  context.moveTo(at.x - 11, at.y + 6);
+  context.lineTo(at.x - 6, at.y + 6);
+  context.moveTo(at.x + 11, at.y + 6);
+  context.lineTo(at.x + 6, at.y + 6);
+  // The leaf, and the arc that it went.
+  context.moveTo(at.x - 6, at.y + 6);
+  context.lineTo(at.x - 6, at.y - 7);
+  context.lineWidth = 3;
+  context.stroke();
+  context.beginPath();
+  context.arc(at.x - 6, at.y + 6, 12, -Math.PI / 2, 0);
+  context.lineWidth = 1.5;
+  context.stroke();
+}
+
+// What came has a whole outline, what is gone a broken one.
+function drawChange(
+  context: CanvasRenderingContext2D,
+  projection: Projection,
+  mark: { came: boolean; outline: readonly Point[] },
+  colours: Colours,
+): void {
+  if (mark.outline.length === 0) return;
+  trace(context, projection, mark.outline);
+  context.closePath();
+  context.setLineDash(mark.came ? [] : [5, 5]);
+  context.lineWidth = 5;
+  context.strokeStyle = colours.paper;
+  context.stroke();
+  context.lineWidth = 2.5;
+  context.strokeStyle = colours.ink;
+  context.stroke();
+  context.setLineDash([]);
+}
+
+function drawChangeLabel(
+  context: CanvasRenderingContext2D,
+  at: Point,
+  label: string,
+  selected: boolean,
+  colours: Colours,
+  font: string,
+): void {
+  context.font = font;
+  const half = { x: Math.max(15, context.measureText(label).width / 2 + 6), y: 13 };
+  context.fillStyle = colours.paper;
+  context.fillRect(at.x - half.x, at.y - half.y, 2 * half.x, 2 * half.y);
+  context.lineWidth = selected ? 4 : 2;
+  context.strokeStyle = selected ? colours.accent : colours.ink;
+  context.strokeRect(at.x - half.x, at.y - half.y, 2 * half.x, 2 * half.y);
+  context.textAlign = "center";
+  context.textBaseline = "middle";
+  context.fillStyle = colours.ink;
+  context.fillText(label, at.x, at.y + 1);
 }
 
 function drawBar(

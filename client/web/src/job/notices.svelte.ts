@@ -3,6 +3,7 @@ import { claimConflict, explain } from "../api/errors";
 import type { SessionEvent } from "../gen/vantage/v1/event_pb";
 import { t, texts, type Key, type Parameters } from "../texts/texts.svelte";
 import { clock } from "../words/numbers";
+import { changesSentence } from "../words/changes";
 import { accuracy, area } from "../words/numbers";
 import type { Job } from "./job.svelte";
 import type { Entry } from "./outbox";
@@ -71,11 +72,16 @@ class Notices {
       const gain = scan.merge?.obtainedGainM2;
       const bound = scan.registration?.verdict?.errorBoundM;
       this.#show({
-        words: t(gain === undefined || bound === undefined ? "happened.merged" : "happened.mergedWith", {
-          station: job.stationName(scan.name),
-          area: area(Math.max(0, gain ?? 0), language),
-          accuracy: accuracy(bound ?? 0, language),
-        }),
+        words: [
+          t(gain === undefined || bound === undefined ? "happened.merged" : "happened.mergedWith", {
+            station: job.stationName(scan.name),
+            area: area(Math.max(0, gain ?? 0), language),
+            accuracy: accuracy(bound ?? 0, language),
+          }),
+          changesSentence(scan, t, language),
+        ]
+          .filter((words) => words !== "")
+          .join(" "),
         detail: "",
         bad: false,
       });

@@ -150,6 +150,17 @@ export function caution(view: RankedView, say: Say, language: string): string {
   return "";
 }
 
+// Doors that have to stay open until a scan from there is made. Empty where it needs none.
+export function openDoors(view: RankedView, say: Say, language: string): string {
+  const doors = view.openDoors;
+  const [first] = doors;
+  if (first === undefined) return "";
+  if (doors.length > 1) return say("doors.several", { n: doors.length });
+  return first.overlapShare > 0.5
+    ? say("doors.most")
+    : say("doors.some", { share: percent(first.overlapShare, language) });
+}
+
 // With which targets a scan from a place that was refused would join the others: how many, and from where they
 // are measured first. `places` are as many as the plan has signs.
 export function targetAdvice(

@@ -7,7 +7,7 @@ export interface Place {
   z: number;
 }
 
-type Box = readonly [x0: number, y0: number, z0: number, x1: number, y1: number, z1: number];
+export type Box = readonly [x0: number, y0: number, z0: number, x1: number, y1: number, z1: number];
 
 // Two rooms of 5 m by 4 m and 4 m by 4 m, a door between them, things in both. Metres, z up.
 const height = 2.6;
@@ -69,7 +69,9 @@ const lowest = (-60 * Math.PI) / 180;
 const noise = 0.002;
 
 // An encoded range image: of a scanner upright at `at`, whose front points to `heading`, rad.
-export function scan(at: Place, heading: number, seed: number): Uint8Array {
+// `things`: what stands in the flat besides.
+export function scan(at: Place, heading: number, seed: number, things: readonly Box[] = []): Uint8Array {
+  const boxes = [...flat, ...things];
   const random = randomNumbers(seed);
   const gauss = () => Math.sqrt(-2 * Math.log(random() || 1e-12)) * Math.cos(2 * Math.PI * random());
   const columns = Math.round((2 * Math.PI) / step);
@@ -93,7 +95,7 @@ export function scan(at: Place, heading: number, seed: number): Uint8Array {
     for (let row = 0; row < rows; ++row) {
       const elevation = lowest + row * step;
       const [c, s] = [Math.cos(elevation), Math.sin(elevation)];
-      const range = hit(flat, at, { x: c * Math.cos(azimuth + heading), y: c * Math.sin(azimuth + heading), z: s });
+      const range = hit(boxes, at, { x: c * Math.cos(azimuth + heading), y: c * Math.sin(azimuth + heading), z: s });
       let code = 0;
       if (range >= 0.5 && range < 20) {
         const tenths = Math.max(1, Math.round((range + noise * gauss()) * 1e4));
@@ -111,16 +113,18 @@ export function scan(at: Place, heading: number, seed: number): Uint8Array {
 export class Surveyor {
   readonly start: Place = { x: 1.6, y: 2, z: 1.5 };
   readonly heading = 0.7;
+  // What somebody put into the flat meanwhile.
+  things: Box[] = [];
   #made = 0;
 
   first(): Uint8Array {
-    return scan(this.start, this.heading, ++this.#made);
+    return scan(this.start, this.heading, ++this.#made, this.things);
   }
 
   // A scan from a place in the flat itself, which nobody knows in the job's frame.
   inFlat(place: Place): Uint8Array {
     const seed = ++this.#made;
-    return scan(place, 2 * Math.PI * randomNumbers(1000 + seed)(), seed);
+    return scan(place, 2 * Math.PI * randomNumbers(1000 + seed)(), seed, this.things);
   }
 
   // A scan from a place in the job's frame; the tripod misses it by some centimetres, and the scanner is turned
@@ -135,6 +139,6 @@ export class Surveyor {
       y: this.start.y + s * place.x + c * place.y + off(),
       z: this.start.z + place.z + off(),
     };
-    return scan(there, 2 * Math.PI * random(), seed);
+    return scan(there, 2 * Math.PI * random(), seed, this.things);
   }
 }

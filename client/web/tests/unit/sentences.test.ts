@@ -17,6 +17,7 @@ import {
   finding,
   gainHeadline,
   gainParts,
+  openDoors,
   sideOf,
   targetAdvice,
   type Say,
@@ -125,6 +126,16 @@ test("what is assumed of a place is said", () => {
     "The floor there was not measured.",
   );
   expect(caution(create(RankedViewSchema, { floorMeasured: true }), say, "en")).toBe("");
+});
+
+test("doors that have to stay open are said, with how much depends on them", () => {
+  const door = (overlapShare: number) => ({ centre: { x: 1, y: 2, z: 0 }, widthM: 0.9, overlapShare });
+  const through = (...shares: number[]) =>
+    openDoors(create(RankedViewSchema, { openDoors: shares.map(door) }), say, "en");
+  expect(through(0.83)).toBe("Leave the marked door open: most of what aligns this scan is seen through it.");
+  expect(through(0.41)).toContain("41\u00a0% of what aligns this scan is seen through it");
+  expect(through(0.6, 0.3)).toContain("the 2 marked doors");
+  expect(through()).toBe("");
 });
 
 test("targets that help are told with where they are measured from", () => {
