@@ -6,7 +6,6 @@ ADDRESS] [--deaf]; what came of it goes to standard output as JSON.
 """
 import argparse
 import ctypes
-import gzip
 import json
 import os
 import shutil
@@ -369,9 +368,7 @@ class WebAttacks:
 
     def web_bodies(self):
         """What a body may claim, and what it may hold."""
-        zeros = b"\0" * (256 << 20)
-        bombs = {"gzip": gzip.compress(zeros, 9), "deflate": zlib.compress(zeros, 9)}
-        del zeros
+        bombs = {"gzip": bomb(31), "deflate": bomb(15)}
         call = "/vantage.v1.SessionService/CreateSession"
         stream = "application/connect+json"
         watch = "/vantage.v1.SessionService/WatchSession"
@@ -535,6 +532,12 @@ def established(port):
             if int(own.split(":")[1], 16) == port and state == "01":
                 found.add(int(other.split(":")[1], 16))
     return found
+
+
+def bomb(window):
+    """256 MiB of zeros, compressed; `window` as zlib has it. Never whole in memory here."""
+    packer, block = zlib.compressobj(9, zlib.DEFLATED, window), bytes(1 << 20)
+    return b"".join(packer.compress(block) for _ in range(256)) + packer.flush()
 
 
 def path_of(data):
