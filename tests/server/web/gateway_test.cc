@@ -31,6 +31,7 @@ using fixture::WebClient;
 using fixture::WebMessage;
 using fixture::WebRequest;
 using google::protobuf::MethodDescriptor;
+using ::testing::AnyOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
@@ -215,7 +216,8 @@ TEST_F(GatewayTest, LargeJsonDoesNotHoldUpCalls) {
   }
   int calls = 0;
   for (WebClient client(port()); left > 0; ++calls) {
-    EXPECT_EQ(client.Ask("POST", kListSessions, kJson, "{}").status, 200);
+    // A fast machine asks more often than a caller may.
+    EXPECT_THAT(client.Ask("POST", kListSessions, kJson, "{}").status, AnyOf(200, 429));
   }
   for (std::thread& sender : senders) sender.join();
   EXPECT_GT(calls, 600);  // some 3,500, and else 50 to 210
