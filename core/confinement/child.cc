@@ -102,7 +102,7 @@ std::string Named(int signal) {
 
 constexpr char kBeyond[] = "vantage/beyond-allowance";  // a payload
 
-absl::Status Beyond(std::string message) {
+absl::Status Beyond(const std::string& message) {
   absl::Status status = absl::InvalidArgumentError(message);
   status.SetPayload(kBeyond, absl::Cord());
   return status;

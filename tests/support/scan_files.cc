@@ -54,6 +54,7 @@ std::string E57Of(const sensor::RangeImage& image) {
 
 std::string E57OfSeveral(const std::vector<NamedScan>& scans) {
   std::vector<E57SetupFile> setups;
+  setups.reserve(scans.size());
   for (const NamedScan& scan : scans) {
     setups.push_back(
         SetupOf(scan.image, absl::StrCat("<guid type=\"String\">scan-", setups.size(),

@@ -54,7 +54,7 @@ class FilesTest : public testing::Test {
   v1::Upload Await(Session& session, const std::string& name) {
     const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(60);
     while (true) {
-      const v1::Upload upload = session.uploads().Get(name).value();
+      v1::Upload upload = session.uploads().Get(name).value();
       if (upload.state() != v1::UPLOAD_STATE_READING || std::chrono::steady_clock::now() > patience)
         return upload;
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
