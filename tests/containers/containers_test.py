@@ -39,10 +39,12 @@ class ImageTest(ContainerTest):
         """Everything in the image, by an export of a container that never ran."""
         name = f"{house.engine.prefix}-export"
         house.engine.run("create", "--name", name, house.image)
-        self.addCleanup(lambda: house.engine.run("rm", "-f", "-v", name))
-        listed = subprocess.run(
-            f"{' '.join(house.engine.command)} export {name} | tar -tf -", shell=True, text=True,
-            env=house.engine.environment, stdout=subprocess.PIPE, check=True).stdout
+        try:
+            listed = subprocess.run(
+                f"{' '.join(house.engine.command)} export {name} | tar -tf -", shell=True,
+                text=True, env=house.engine.environment, stdout=subprocess.PIPE, check=True).stdout
+        finally:
+            house.engine.run("rm", "-f", "-v", name)
         return ["/" + line.removeprefix("./").lstrip("/") for line in listed.splitlines()]
 
     def test_is_small_and_holds_only_what_the_server_loads(self):
