@@ -33,8 +33,8 @@ test("a token that runs out while the job is shown: what is done then waits unti
   expect((await site.api.fleet.listStations({ parent: session })).stations).toEqual([]);
   const again = site.makeToken("again");
   site.writeCallers(`${site.callers}\n${again.line}`);
+  // The page that is open takes it.
   await page.goto(`${site.url}/#token=${again.token}`);
-  await page.reload();
   await page.getByRole("link", { name: /Late/ }).tap();
   await page.getByText("Live").waitFor();
   await expect
