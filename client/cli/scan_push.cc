@@ -1,9 +1,4 @@
-#include <fcntl.h>
-#include <sys/mman.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
-#include <cerrno>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -13,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/cli/command.h"
 #include "client/cli/file_flags.h"
+#include "client/cli/mapped_file.h"
 #include "client/cli/reading_progress.h"
 #include "client/cli/scan_sending.h"
 #include "client/cli/terminal.h"
@@ -32,38 +28,6 @@ struct ScanPushArguments {
   bool preview = false;
   bool no_wait = false;
   bool on_server = false;
-};
-
-// A file's bytes, where they lie.
-class MappedFile {
- public:
-  static absl::StatusOr<MappedFile> Open(const std::string& path) {
-    const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (descriptor < 0) return absl::ErrnoToStatus(errno, absl::StrCat(path, ": cannot open"));
-    struct stat about {};
-    MappedFile file;
-    if (fstat(descriptor, &about) == 0 && S_ISREG(about.st_mode) && about.st_size > 0) {
-      file.size_ = static_cast<size_t>(about.st_size);
-      file.bytes_ = mmap(nullptr, file.size_, PROT_READ, MAP_PRIVATE, descriptor, 0);
-    }
-    close(descriptor);
-    if (file.bytes_ == MAP_FAILED) {
-      return absl::InvalidArgumentError(absl::StrCat(path, ": it is empty, or no regular file"));
-    }
-    return file;
-  }
-  MappedFile(MappedFile&& other) noexcept
-      : bytes_(std::exchange(other.bytes_, MAP_FAILED)), size_(other.size_) {}
-  MappedFile& operator=(MappedFile&&) = delete;
-  ~MappedFile() {
-    if (bytes_ != MAP_FAILED) munmap(bytes_, size_);
-  }
-  absl::string_view bytes() const { return {static_cast<const char*>(bytes_), size_}; }
-
- private:
-  MappedFile() = default;
-  void* bytes_ = MAP_FAILED;
-  size_t size_ = 0;
 };
 
 // Sends the file as it is; the server reads it.

@@ -113,25 +113,16 @@ def flood(given):
     return {"sent": sent, "connections": connections}
 
 
-def bystander(given):
-    """One call after the other on one connection: seconds each took, and how many failed."""
-    took, failed, link, stream = [], 0, None, 1
-    headers = [literal(b"authorization", b"Bearer " + given.token.encode())] if given.token else []
-    headers = call(LISTING, *headers, scheme=b"https" if given.ca else b"http")
-    until = time.monotonic() + given.seconds
+def watch(seconds, connect_anew, call_well):
+    """One call after the other on one connection: seconds each took, and how many failed.
+    connect_anew() -> a link; call_well(link) -> whether it was answered as it should be."""
+    took, failed, link = [], 0, None
+    until = time.monotonic() + seconds
     while time.monotonic() < until:
         begun = time.monotonic()
         try:
-            if link is None:
-                link, stream = connect(given), 1
-            link.send(frame(HEADERS, END_HEADERS, stream, headers)
-                      + frame(DATA, END_STREAM, stream, message(b"")))
-            stream += 2
-            # A refusal has headers alone.
-            frames = link.read_frames(HEADERS, patience=5)
-            if not any(kind == DATA for kind, _, _, _ in frames):
-                frames = link.read_frames(DATA, patience=5)
-            well = any(kind == DATA for kind, _, _, _ in frames) and not link.closed
+            link = link or connect_anew()
+            well = call_well(link)
         except OSError:
             well = False
         took.append(time.monotonic() - begun)
@@ -146,6 +137,29 @@ def bystander(given):
             "p99_ms": round(1e3 * took[len(took) * 99 // 100], 1)}
 
 
+def bystander(given):
+    headers = [literal(b"authorization", b"Bearer " + given.token.encode())] if given.token else []
+    headers = call(LISTING, *headers, scheme=b"https" if given.ca else b"http")
+    stream = 1
+
+    def begin():
+        nonlocal stream
+        stream = 1
+        return connect(given)
+
+    def call_well(link):
+        nonlocal stream
+        link.send(frame(HEADERS, END_HEADERS, stream, headers)
+                  + frame(DATA, END_STREAM, stream, message(b"")))
+        stream += 2
+        # A refusal has headers alone.
+        frames = link.read_frames(HEADERS, patience=5)
+        if not any(kind == DATA for kind, _, _, _ in frames):
+            frames = link.read_frames(DATA, patience=5)
+        return any(kind == DATA for kind, _, _, _ in frames) and not link.closed
+    return watch(given.seconds, begin, call_well)
+
+
 def memory_mb(process, field="VmHWM"):
     """Of a process: the most that it has held, or what it holds (VmRSS); 0: it has ended."""
     try:
@@ -158,15 +172,16 @@ def memory_mb(process, field="VmHWM"):
     return 0
 
 
-def run(kind, port, processes, ca=None, seconds=SECONDS):
+def run(kind, port, processes, ca=None, seconds=SECONDS, script=__file__):
     """Floods a server over two connections, of which one reads the answers and one does not.
 
     The processes, by name, are those that are watched. `ca`: whose TLS the server speaks.
+    `script` floods and stands by in processes of its own, with the arguments of this one.
 
     Answers what was sent, what each process grew by at most (MB), and how the bystander fared.
     """
     def start(what, *more):
-        command = [sys.executable, "-B", __file__, what, str(port), str(seconds), *more]
+        command = [sys.executable, "-B", script, what, str(port), str(seconds), *more]
         return subprocess.Popen(command + (["--ca", ca] if ca else []), stdout=subprocess.PIPE,
                                 text=True)
     before = {name: memory_mb(process, "VmRSS") for name, process in processes.items()}

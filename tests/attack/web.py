@@ -14,12 +14,11 @@ import socket
 import ssl
 import struct
 import subprocess
-import sys
 import threading
 import time
 import zlib
 
-from floods import ENOUGH_MB, EVERY_SECONDS, SECONDS, memory_mb
+from floods import run, watch
 
 LISTING = "/vantage.v1.SessionService/ListSessions"
 # What is promised of who is slow: 10 s for a head, 30 s for each 64 KiB of a body, 60 s between
@@ -459,7 +458,7 @@ class WebAttacks:
                            ("json", "4 MB of JSON that is broken at its end")):
             with self.start("--calls-per-second", "0") as server:
                 port, ca = server.web_target()
-                got = run_flood(kind, port, server.processes(), ca)
+                got = run(kind, port, server.processes(), ca, script=__file__)
                 grown = {key: mb for key, mb in got.items() if key.endswith("_mb")}
                 self.record(f"web flood: {name}",
                             f"{got['sent']} sent; of {got['calls']} calls of a bystander "
@@ -601,48 +600,11 @@ def flood(given):
 
 
 def bystander(given):
-    took, failed, link = [], 0, None
-    until = time.monotonic() + given.seconds
-    while time.monotonic() < until:
-        begun = time.monotonic()
-        try:
-            link = link or WebLink(given.port, source=given.source, tls=given.ca, patience=5)
-            link.send(request())
-            well = link.answer(5)[0] == 200
-        except OSError:
-            well = False
-        took.append(time.monotonic() - begun)
-        if not well:
-            failed += 1
-            if link is not None:
-                link.close()
-            link = None
-        time.sleep(max(0.0, EVERY_SECONDS - took[-1]))
-    took.sort()
-    return {"calls": len(took), "failed": failed, "p50_ms": round(1e3 * took[len(took) // 2], 1),
-            "p99_ms": round(1e3 * took[len(took) * 99 // 100], 1)}
-
-
-def run_flood(kind, port, processes, ca):
-    """As floods.run."""
-    def start(what, *more):
-        command = [sys.executable, "-B", __file__, what, str(port), str(SECONDS), *more]
-        return subprocess.Popen(command + (["--ca", ca] if ca else []), stdout=subprocess.PIPE,
-                                text=True)
-    before = {name: memory_mb(process, "VmRSS") for name, process in processes.items()}
-
-    def growth(name):
-        return round(memory_mb(processes[name]) - before[name])
-    witness = start("bystander", "--source", "127.0.0.9")
-    attackers = [start(kind), start(kind, "--deaf")]
-    while any(one.poll() is None for one in attackers):
-        if any(growth(name) > ENOUGH_MB for name in processes):
-            for one in attackers:
-                one.terminate()
-        time.sleep(0.05)
-    sent = sum(json.loads(one.communicate()[0] or '{"sent": 0}')["sent"] for one in attackers)
-    seen = json.loads(witness.communicate()[0])
-    return {"sent": sent, **seen, **{f"{name}_mb": growth(name) for name in processes}}
+    def call_well(link):
+        link.send(request())
+        return link.answer(5)[0] == 200
+    return watch(given.seconds, lambda: WebLink(given.port, source=given.source, tls=given.ca, patience=5),
+                 call_well)
 
 
 def main():

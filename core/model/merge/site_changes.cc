@@ -4,7 +4,6 @@
 #include <array>
 #include <cstddef>
 #include <set>
-#include <tuple>
 #include <utility>
 
 #include "core/model/merge/brick_neighbourhood.h"
@@ -32,12 +31,6 @@ BrickNeighbourhood<LayerBrick> Around(const ScanLayer& layer, const VoxelIndex& 
   return BrickNeighbourhood<LayerBrick>(brick, [&](const VoxelIndex& b) { return layer.Find(b); });
 }
 
-BrickMask Both(const BrickMask& a, const BrickMask& b) {
-  BrickMask both;
-  for (size_t w = 0; w < both.word.size(); ++w) both.word[w] = a.word[w] & b.word[w];
-  return both;
-}
-
 // The voxels of a brick of the model that are known to be empty, and those that hold surface.
 struct KnownVoxels {
   BrickMask empty;
@@ -53,11 +46,6 @@ KnownVoxels KnownIn(const Brick& brick) {
     }
   }
   return known;
-}
-
-Cube CubeAt(const VoxelIndex& brick, int local) {
-  const VoxelIndex at = PlanningView::Global(brick, local);
-  return {at.x(), at.y(), at.z()};
 }
 
 // True where known surface lies on the way: what is seen there is an image in a mirror, or the
@@ -81,7 +69,7 @@ void AddCame(const PlanningView& model, const VoxelIndex& brick, BrickMask left,
   for (size_t k = 0; k < before.size() && left.Any(); ++k) {
     const LayerBrick* other = before[k]->Find(brick);
     if (other == nullptr) continue;
-    const BrickMask candidates = Both(left, other->empty);
+    const BrickMask candidates = left & other->empty;
     if (!candidates.Any()) continue;
     const BrickNeighbourhood<LayerBrick> around = Around(*before[k], brick);
     candidates.ForEach([&](int local) {
@@ -89,7 +77,7 @@ void AddCame(const PlanningView& model, const VoxelIndex& brick, BrickMask left,
       left.Clear(local);
       const VoxelIndex at = PlanningView::Global(brick, local);
       if (Hidden(model, layer.T_model_scan.translation(), at)) return;
-      changed[{SiteChange::Kind::kCame, k}].insert(CubeAt(brick, local));
+      changed[{SiteChange::Kind::kCame, k}].insert({at.x(), at.y(), at.z()});
     });
   }
 }
@@ -102,7 +90,7 @@ void AddGone(const PlanningView& model, const VoxelIndex& brick, BrickMask left,
   for (size_t k = 0; k < before.size() && left.Any(); ++k) {
     const LayerBrick* other = before[k]->Find(brick);
     if (other == nullptr) continue;
-    Both(left, other->surface).ForEach([&](int local) {
+    (left & other->surface).ForEach([&](int local) {
       left.Clear(local);
       if (!EmptyAllAround(around, local)) return;
       const VoxelIndex at = PlanningView::Global(brick, local);
@@ -110,7 +98,7 @@ void AddGone(const PlanningView& model, const VoxelIndex& brick, BrickMask left,
           Hidden(model, layer.T_model_scan.translation(), at)) {
         return;
       }
-      changed[{SiteChange::Kind::kGone, k}].insert(CubeAt(brick, local));
+      changed[{SiteChange::Kind::kGone, k}].insert({at.x(), at.y(), at.z()});
     });
   }
 }
@@ -182,8 +170,8 @@ std::vector<SiteChange> FindSiteChanges(
     // Most bricks are empty to both.
     if (contents == nullptr || (!own.surface.Any() && contents->surface.size() == 0)) return;
     const KnownVoxels known = KnownIn(*contents);
-    const BrickMask came = Both(own.surface, known.empty);
-    const BrickMask gone = Both(own.empty, known.surface);
+    const BrickMask came = own.surface & known.empty;
+    const BrickMask gone = own.empty & known.surface;
     if (came.Any()) AddCame(model, brick, came, layer, before, changed);
     if (gone.Any()) AddGone(model, brick, gone, layer, before, changed);
   });

@@ -16,10 +16,7 @@ BrickMask SeenThrough(const VoxelIndex& brick, const BrickMask& surface,
   for (size_t i = 0; i < layers.size(); ++i) {
     const LayerBrick* own = own_by_layer[i];
     if (own == nullptr) continue;
-    BrickMask candidates;
-    for (size_t w = 0; w < surface.word.size(); ++w) {
-      candidates.word[w] = surface.word[w] & own->empty.word[w];
-    }
+    const BrickMask candidates = surface & own->empty;
     const bool any = candidates.Any();
     const BrickNeighbourhood<LayerBrick> around(
         brick, [&](const VoxelIndex& b) { return any ? layers[i]->Find(b) : nullptr; });

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <bit>
+#include <cstddef>
 #include <cstdint>
 
 #include "core/model/view/voxel.h"
@@ -46,6 +47,12 @@ struct BrickMask {
     int rank = std::popcount(word[local / 64] & ((uint64_t{1} << (local % 64)) - 1));
     for (int w = 0; w < local / 64; ++w) rank += std::popcount(word[w]);
     return rank;
+  }
+  // The places that are in both.
+  BrickMask operator&(const BrickMask& other) const {
+    BrickMask both;
+    for (size_t w = 0; w < both.word.size(); ++w) both.word[w] = word[w] & other.word[w];
+    return both;
   }
   bool operator==(const BrickMask&) const = default;
 };

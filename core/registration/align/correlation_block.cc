@@ -42,4 +42,11 @@ std::array<BlockBeside, 27> BlocksAround(uint64_t block) {
   return around;
 }
 
+double FactorOfSumsAround(double count, double around) {
+  if (!(count > 0)) return 0;
+  const double left = count - kPoseFreedom * around / count;
+  if (!(left > 0.5 * count)) return 0;
+  return (1 - std::sqrt(2 * around) / count) * count / left;
+}
+
 }  // namespace vantage::registration

@@ -23,6 +23,16 @@ struct BlockBeside {
 };
 std::array<BlockBeside, 27> BlocksAround(uint64_t block);
 
+// Degrees of freedom that an alignment has taken out of residuals.
+inline constexpr double kPoseFreedom = 6;
+
+// What a sum over `count` blocks, each with those around it, has to be multiplied by. `around`:
+// what the blocks count that are met in this way, in all. An alignment has taken six modes out of
+// the residuals, each of which spans all of what is added up with a block; that is made up for, and
+// one sigma of chance is taken off. 0 where more than half would be made up for, as in a single
+// small room: nothing is to be believed of that sum.
+double FactorOfSumsAround(double count, double around);
+
 }  // namespace vantage::registration
 
 #endif  // VANTAGE_CORE_REGISTRATION_ALIGN_CORRELATION_BLOCK_H_

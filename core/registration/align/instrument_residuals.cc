@@ -14,8 +14,6 @@ namespace {
 
 // Samples: of fewer, neither the mean of a block nor their scatter says much.
 constexpr double kFewestOfBlock = 4;
-// Degrees of freedom that the alignment has taken from the blocks' means.
-constexpr double kPoseFreedom = 6;
 // Blocks: of less than so many more nothing is learned: 5 m2 of surface in all.
 constexpr double kFewestBlocks = 20;
 // Side of the blocks that are looked at besides, over that of a block: with those around them they
@@ -124,19 +122,10 @@ class Blocks {
   absl::flat_hash_map<uint64_t, size_t> index_;
 };
 
-// What blocks and those around them share, m^2 for each piece, and how well that is known. The
-// alignment has taken six modes out of all, each of which spans many blocks, and from what adds up
-// with the blocks around six times as many pieces as these have. Of a sum of which it has taken
-// more than half nothing is believed.
-struct SharedTogether {
-  double variance = 0;
-  double chance = 0;  // one sigma of it, relative
-};
-SharedTogether Together(const SharedMeans& shared) {
-  if (!(shared.pieces > 0)) return {};
-  const double left = shared.pieces - kPoseFreedom * shared.around / shared.pieces;
-  if (!(left > 0.5 * shared.pieces)) return {};
-  return {shared.together / left, std::sqrt(2 * shared.around) / shared.pieces};
+// What blocks and those around them share, m^2 for each piece of surface.
+double Together(const SharedMeans& shared) {
+  if (!(shared.pieces > 0)) return 0;
+  return FactorOfSumsAround(shared.pieces, shared.around) * shared.together / shared.pieces;
 }
 
 // Means of blocks that hang together over more than a block add up to more than their squares say:
@@ -146,10 +135,7 @@ double TogetherOverAlone(const Blocks& blocks, const Blocks& wide) {
   const SharedMeans shared = blocks.Shared();
   if (shared.alone <= kBeyondChance * shared.noise) return 1;
   const double alone = shared.alone / (shared.pieces - kPoseFreedom);
-  double together = 0;
-  for (const SharedTogether& of : {Together(shared), Together(wide.Shared())}) {
-    together = std::max(together, of.variance * (1 - of.chance));
-  }
+  const double together = std::max(Together(shared), Together(wide.Shared()));
   return std::max(1.0, together / alone);
 }
 

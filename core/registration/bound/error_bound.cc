@@ -77,10 +77,7 @@ Eigen::Matrix<double, 6, Eigen::Dynamic> Straighten(
 }
 
 // What residuals add up to, by block, as a covariance: each by itself, and with those around it, as
-// errors are shared across the borders of blocks, too. The alignment has taken six modes out of
-// them, each of which spans many blocks: what is left is raised by that, and lowered by one sigma
-// of what chance makes of it. Where more than half would be made up for, as in a single small room,
-// blocks count by themselves only.
+// errors are shared across the borders of blocks, too. Nothing where none was observed yet.
 std::vector<sensor::Matrix6d> ObservedCovariances(
     std::span<const sensor::Vector6d> by_block,
     const absl::flat_hash_map<uint64_t, size_t>& block_of) {
@@ -88,7 +85,7 @@ std::vector<sensor::Matrix6d> ObservedCovariances(
   for (const sensor::Vector6d& block : by_block) {
     alone.selfadjointView<Eigen::Lower>().rankUpdate(block);
   }
-  if (alone.isZero(0)) return {};  // nothing was observed yet
+  if (alone.isZero(0)) return {};
   std::vector<uint64_t> keys(by_block.size());
   for (const auto& [key, block] : block_of) keys[block] = key;
   sensor::Matrix6d together = sensor::Matrix6d::Zero();
@@ -104,11 +101,8 @@ std::vector<sensor::Matrix6d> ObservedCovariances(
     together += by_block[i] * sum.transpose();
   }
   std::vector<sensor::Matrix6d> observed = {alone.selfadjointView<Eigen::Lower>()};
-  const auto count = static_cast<double>(by_block.size());
-  const double left = count - 6 * around / count;
-  if (!(left > 0.5 * count)) return observed;
-  const double chance = std::sqrt(2 * around) / count;
-  observed.emplace_back((1 - chance) * count / left * 0.5 * (together + together.transpose()));
+  const double factor = FactorOfSumsAround(static_cast<double>(by_block.size()), around);
+  observed.emplace_back(factor * 0.5 * (together + together.transpose()));
   return observed;
 }
 

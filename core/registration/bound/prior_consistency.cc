@@ -2,21 +2,16 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
-#include <array>
+
+#include "core/registration/bound/chi_square.h"
 
 namespace vantage::registration {
 namespace {
 
 // Of the prior's variance: a direction of which the overlap leaves more says little about it.
 constexpr double kMuchBetter = 0.1;
-// Quantiles of chi-square, 95 %, of one to six degrees of freedom.
-constexpr std::array<double, 6> kChiSquareAt95 = {3.841, 5.991, 7.815, 9.488, 11.070, 12.592};
-
-// And 25 %, of three to six: a prior that lies is taken to be worse than three in four draws would
-// have it.
-constexpr std::array<double, 4> kChiSquareAt25 = {1.213, 1.923, 2.675, 3.455};
 // Directions: of fewer no size can be told.
-constexpr size_t kFewestDirections = 3;
+constexpr int kFewestDirections = 3;
 
 }  // namespace
 
@@ -38,14 +33,17 @@ double PriorVarianceFactor(const OverlapGeometry& geometry, const Eigen::Isometr
   const Eigen::SelfAdjointEigenSolver<sensor::Matrix6d> known(left);
   const sensor::Vector6d sigmas = known.eigenvectors().transpose() * (lower.transpose() * off);
   double squares = 0;
-  size_t directions = 0;
+  int directions = 0;
   for (Eigen::Index k = 0; k < 6; ++k) {
     if (!(known.eigenvalues()[k] < kMuchBetter)) break;  // in rising order
     squares += sigmas[k] * sigmas[k] / (1 + known.eigenvalues()[k]);
     ++directions;
   }
-  if (directions < kFewestDirections || squares <= kChiSquareAt95[directions - 1]) return 1;
-  return squares / kChiSquareAt25[directions - kFewestDirections];
+  if (directions < kFewestDirections || squares <= ChiSquareQuantile(directions, kNormal95)) {
+    return 1;
+  }
+  // A prior that lies is taken to be worse than three in four draws would have it.
+  return squares / ChiSquareQuantile(directions, kNormal25);
 }
 
 }  // namespace vantage::registration

@@ -87,6 +87,8 @@ class RivalEvidence {
 std::vector<RivalPose> OpenRivals(const model::PlanningView& model, const ScanSurface& surface,
                                   const Alignment& alignment, const SamplesAtBest& at_best,
                                   parallel::Parallel& parallel) {
+  // Where nothing speaks for the best pose, others are compared with nothing.
+  if (!(alignment.score > 0)) return {};
   const Eigen::Isometry3d& best = alignment.T_world_scan;
   const std::span<const SurfaceSample> few(surface.samples.data(),
                                            std::min(kDistanceSamples, surface.samples.size()));

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "core/registration/align/largest_variance.h"
-#include "core/registration/graph/chi_square.h"
+#include "core/registration/bound/chi_square.h"
 #include "core/registration/graph/graph_normals.h"
 #include "core/registration/graph/residuals.h"
 #include "core/registration/graph/solved_graph.h"

@@ -13,7 +13,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/registration/align/largest_variance.h"
-#include "core/registration/graph/chi_square.h"
+#include "core/registration/bound/chi_square.h"
 #include "core/registration/graph/max_clique.h"
 #include "core/registration/graph/solved_graph.h"
 

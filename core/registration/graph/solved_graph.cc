@@ -5,7 +5,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
-#include "core/registration/graph/chi_square.h"
+#include "core/registration/bound/chi_square.h"
 #include "core/registration/graph/least_squares.h"
 
 namespace vantage::registration {

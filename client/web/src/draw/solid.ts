@@ -13,7 +13,7 @@ import {
   type View,
 } from "./camera";
 import type { Colours } from "./colours";
-import { hatched } from "./site_plan";
+import { hatched } from "./raster";
 import { invisible, packed, Splatter } from "./splat";
 
 export interface SolidOptions {

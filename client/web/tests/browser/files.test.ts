@@ -3,11 +3,8 @@ import { writeFileSync } from "node:fs";
 import { createHash } from "node:crypto";
 import { join } from "node:path";
 import { afterAll, beforeAll, expect, test } from "vitest";
-import { create } from "@bufbuild/protobuf";
 import type { Page } from "playwright-core";
 import { ExportFormat } from "../../src/gen/vantage/v1/model_service_pb";
-import { ScanState } from "../../src/gen/vantage/v1/scan_pb";
-import { SessionSchema } from "../../src/gen/vantage/v1/session_pb";
 import { UploadState } from "../../src/gen/vantage/v1/upload_pb";
 import { crc32c } from "../../src/send/crc32c";
 import { isAccessible, sendFile, Site } from "./harness";
@@ -17,15 +14,6 @@ const site = new Site();
 // Two stations in one file, as the server itself writes them.
 let project: Uint8Array;
 const pieceBytes = 256 * 1024;
-
-async function newJob(id: string): Promise<string> {
-  const session = create(SessionSchema, { displayName: id, planningConfig: { requiredDensityPerM2: 400 } });
-  await site.api.sessions.createSession({ sessionId: id, session });
-  return `sessions/${id}`;
-}
-const scansOf = async (session: string) => (await site.api.scans.listScans({ parent: session })).scans;
-const mergedIn = async (session: string) =>
-  (await scansOf(session)).filter((scan) => scan.state === ScanState.MERGED).length;
 
 async function sendRangeImage(session: string, bytes: Uint8Array, prior?: { x: number; y: number }): Promise<void> {
   const { scans } = site.api;
@@ -53,13 +41,13 @@ async function until(is: () => Promise<boolean>): Promise<void> {
 
 beforeAll(async () => {
   await site.start();
-  const source = await newJob("source");
+  const source = await site.newJob("source");
   const surveyor = new Surveyor();
   await sendRangeImage(source, surveyor.first());
-  await until(async () => (await mergedIn(source)) === 1);
+  await until(async () => (await site.mergedIn(source)) === 1);
   await sendRangeImage(source, surveyor.at({ x: 1.5, y: 0.5, z: 0 }), { x: 1.5, y: 0.5 });
   const parts: Uint8Array[] = [];
-  await until(async () => (await mergedIn(source)) === 2);
+  await until(async () => (await site.mergedIn(source)) === 2);
   const format = ExportFormat.SCANS_E57;
   for await (const part of site.api.models.exportModel({ name: source, format })) parts.push(part.data);
   project = new Uint8Array(Buffer.concat(parts));
@@ -81,7 +69,7 @@ function countPieces(page: Page, hold = Infinity): { pieces: () => number; letGo
 }
 
 test("an E57 that is sent, broken off by closing the tab, and picked again, ends in the model", async () => {
-  const session = await newJob("from-a-file");
+  const session = await site.newJob("from-a-file");
   const page = await site.tablet({}, "#/from-a-file/stations");
   const first = countPieces(page, 4);
   await sendFile(page, "project.e57", project);
@@ -93,21 +81,21 @@ test("an E57 that is sent, broken off by closing the tab, and picked again, ends
   const second = countPieces(page);
   await sendFile(page, "project.e57", project);
   await page.getByText(/Sent\. /).waitFor();
-  await expect.poll(() => mergedIn(session), { timeout: 60_000 }).toBeGreaterThan(0);
+  await expect.poll(() => site.mergedIn(session), { timeout: 60_000 }).toBeGreaterThan(0);
   // Of what was there nothing was sent again.
   expect(there).toBeGreaterThanOrEqual(4 * pieceBytes);
   expect(second.pieces()).toBe(Math.ceil((project.length - there) / pieceBytes));
   const { uploads } = await site.api.scans.listUploads({ parent: session });
   expect(uploads.length).toBe(1);
   expect(uploads[0]!.state).toBe(UploadState.COMMITTED);
-  const scans = await scansOf(session);
+  const scans = await site.scansOf(session);
   expect(scans.map((scan) => scan.fileSetup)).toEqual(scans.map((_, i) => i + 1));
   expect(scans.length).toBe(uploads[0]!.setupCount);
   await page.context().close();
 }, 120_000);
 
 test("what is no scan is said before a byte is sent, what the server finds is said after", async () => {
-  const session = await newJob("no-scans");
+  const session = await site.newJob("no-scans");
   const page = await site.tablet({}, "#/no-scans/stations");
   const sent = countPieces(page);
   const text = (words: string) => Uint8Array.from(words, (c) => c.charCodeAt(0));
@@ -141,7 +129,7 @@ test("what is no scan is said before a byte is sent, what the server finds is sa
 }, 120_000);
 
 test("a file of ten gigabytes is refused with both figures before anything of it is read", async () => {
-  const session = await newJob("ten-gigabytes");
+  const session = await site.newJob("ten-gigabytes");
   const page = await site.tablet({}, "#/ten-gigabytes/stations");
   const sent = countPieces(page);
   const large = join(site.folder, "large.e57");
@@ -160,7 +148,7 @@ test("a file of ten gigabytes is refused with both figures before anything of it
 });
 
 test("two tabs on one file: one sends, and the other goes on when that is closed", async () => {
-  const session = await newJob("two-tabs");
+  const session = await site.newJob("two-tabs");
   const page = await site.tablet({}, "#/two-tabs/stations");
   const other = await page.context().newPage();
   await other.goto(`${site.url}#/two-tabs/stations`);
@@ -181,7 +169,7 @@ test("two tabs on one file: one sends, and the other goes on when that is closed
 }, 120_000);
 
 test("a job that is deleted while its file is sent says so", async () => {
-  const session = await newJob("deleted");
+  const session = await site.newJob("deleted");
   const page = await site.tablet({}, "#/deleted/stations");
   let pieces = 0;
   await page.route("**/vantage.v1.ScanService/UploadPiece", async (route) => {

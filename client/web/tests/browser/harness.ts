@@ -1,10 +1,11 @@
 // A server of its own, which serves the page, and a browser with tablets.
 import { execFileSync, spawn, type ChildProcess } from "node:child_process";
 import { once } from "node:events";
-import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { createClient, type Client } from "@connectrpc/connect";
+import { create } from "@bufbuild/protobuf";
 import { createConnectTransport } from "@connectrpc/connect-node";
 import axe from "axe-core";
 import { chromium, type Browser, type BrowserContextOptions, type Page } from "playwright-core";
@@ -12,7 +13,9 @@ import { expect } from "vitest";
 import { FleetService } from "../../src/gen/vantage/v1/fleet_service_pb";
 import { ModelService } from "../../src/gen/vantage/v1/model_service_pb";
 import { PlanService } from "../../src/gen/vantage/v1/plan_service_pb";
+import { ScanState, type Scan } from "../../src/gen/vantage/v1/scan_pb";
 import { ScanService } from "../../src/gen/vantage/v1/scan_service_pb";
+import { SessionSchema } from "../../src/gen/vantage/v1/session_pb";
 import { SessionService } from "../../src/gen/vantage/v1/session_service_pb";
 
 const browserPaths = [
@@ -44,6 +47,19 @@ export class Site {
       executablePath,
       args: ["--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader"],
     });
+  }
+
+  // A job with the density of the simulated surveyor's scans; its name.
+  async newJob(id: string): Promise<string> {
+    const session = create(SessionSchema, { displayName: id, planningConfig: { requiredDensityPerM2: 400 } });
+    await this.api.sessions.createSession({ sessionId: id, session });
+    return `sessions/${id}`;
+  }
+  async scansOf(session: string): Promise<Scan[]> {
+    return (await this.api.scans.listScans({ parent: session })).scans;
+  }
+  async mergedIn(session: string): Promise<number> {
+    return (await this.scansOf(session)).filter((scan) => scan.state === ScanState.MERGED).length;
   }
 
   // What the server's command line has besides.
@@ -197,4 +213,13 @@ export async function sendFile(page: Page, name: string, bytes: Uint8Array): Pro
 // A tap on one of the screens below (or beside) the page.
 export async function goTo(page: Page, screen: "Next" | "Plan" | "Stations" | "3D" | "Job"): Promise<void> {
   await page.getByRole("navigation").getByText(screen, { exact: true }).tap();
+}
+
+// VANTAGE_SCREENSHOTS=FOLDER keeps what a screen looks like.
+export async function keepPicture(page: Page, name: string): Promise<void> {
+  const folder = process.env.VANTAGE_SCREENSHOTS;
+  if (folder === undefined) return;
+  mkdirSync(folder, { recursive: true });
+  await page.waitForTimeout(400);
+  await page.screenshot({ path: `${folder}/${name}.png` });
 }

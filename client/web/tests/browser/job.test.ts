@@ -1,8 +1,7 @@
 // A whole job by taps: opened, scanned, planned, refused, taken back, finished.
-import { mkdirSync } from "node:fs";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import type { Page } from "playwright-core";
-import { goTo, isAccessible, lying, sendFile, Site, upright } from "./harness";
+import { goTo, isAccessible, keepPicture, lying, sendFile, Site, upright } from "./harness";
 import { Surveyor } from "./simulated_site";
 
 const site = new Site();
@@ -12,18 +11,15 @@ afterAll(async () => {
   expect(site.errors).toEqual([]);
 });
 
-// VANTAGE_SCREENSHOTS=FOLDER keeps what the screens look like.
+// In both sizes, where pictures are kept.
 async function picture(page: Page, name: string): Promise<void> {
-  const folder = process.env.VANTAGE_SCREENSHOTS;
-  if (folder === undefined) return;
-  mkdirSync(folder, { recursive: true });
+  if (process.env.VANTAGE_SCREENSHOTS === undefined) return;
   for (const [size, suffix] of [
     [upright, "800"],
     [lying, "1280"],
   ] as const) {
     await page.setViewportSize(size);
-    await page.waitForTimeout(400);
-    await page.screenshot({ path: `${folder}/${name}-${suffix}.png` });
+    await keepPicture(page, `${name}-${suffix}`);
   }
   await page.setViewportSize(upright);
 }

@@ -14,21 +14,12 @@ afterAll(async () => {
   expect(site.errors).toEqual([]);
 });
 
-async function newJob(id: string): Promise<string> {
-  const session = create(SessionSchema, { displayName: id, planningConfig: { requiredDensityPerM2: 400 } });
-  await site.api.sessions.createSession({ sessionId: id, session });
-  return `sessions/${id}`;
-}
-const scansOf = async (session: string) => (await site.api.scans.listScans({ parent: session })).scans;
-const mergedIn = async (session: string) =>
-  (await scansOf(session)).filter((scan) => scan.state === ScanState.MERGED).length;
-
 test("the server dies in the middle of an upload and comes back: the scan arrives once; what was done meanwhile is sent once", async () => {
-  const session = await newJob("power-cut");
+  const session = await site.newJob("power-cut");
   const page = await site.tablet({}, "#/power-cut/stations");
   const surveyor = new Surveyor();
   await sendFile(page, "first.vrim", surveyor.first());
-  await expect.poll(() => mergedIn(session), { timeout: 30_000 }).toBe(1);
+  await expect.poll(() => site.mergedIn(session), { timeout: 30_000 }).toBe(1);
   await goTo(page, "Next");
   await page.getByText(/aligns to/).waitFor();
   await page.getByText("Still improving").waitFor({ state: "detached" });
@@ -62,16 +53,16 @@ test("the server dies in the middle of an upload and comes back: the scan arrive
   // The tab is opened anew: what waits is still there.
   await site.startServer();
   await page.getByText("Live").waitFor({ timeout: 60_000 });
-  await expect.poll(() => mergedIn(session), { timeout: 60_000 }).toBe(2);
+  await expect.poll(() => site.mergedIn(session), { timeout: 60_000 }).toBe(2);
   const rejections = async () => (await site.api.plans.listRejections({ parent: session })).rejections;
   await expect.poll(async () => (await rejections()).length, { timeout: 30_000 }).toBe(1);
   expect((await rejections())[0]!.reason).toBe("Not safe");
-  expect((await scansOf(session)).length).toBe(2);
+  expect((await site.scansOf(session)).length).toBe(2);
   await page.context().close();
 }, 240_000);
 
 test("a second tablet claims first: the other is told; what is free again can be kept", async () => {
-  const session = await newJob("two-crews");
+  const session = await site.newJob("two-crews");
   for (const scannerId of ["red", "blue"]) {
     await site.api.fleet.createScanner({ parent: session, scannerId, scanner: { displayName: scannerId } });
   }
@@ -79,7 +70,7 @@ test("a second tablet claims first: the other is told; what is free again can be
   await page.getByRole("radio", { name: "red" }).tap();
   await goTo(page, "Stations");
   await sendFile(page, "first.vrim", new Surveyor().first());
-  await expect.poll(() => mergedIn(session), { timeout: 30_000 }).toBe(1);
+  await expect.poll(() => site.mergedIn(session), { timeout: 30_000 }).toBe(1);
   await goTo(page, "Next");
   await page.getByText(/aligns to/).waitFor();
   await page.getByText("Still improving").waitFor({ state: "detached" });
@@ -124,11 +115,11 @@ test("a second tablet claims first: the other is told; what is free again can be
 }, 120_000);
 
 test("a scan in doubt is decided on: shown where it fits, accepted or left out", async () => {
-  const session = await newJob("doubt");
+  const session = await site.newJob("doubt");
   const page = await site.tablet({}, "#/doubt/stations");
   const surveyor = new Surveyor();
   await sendFile(page, "first.vrim", surveyor.first());
-  await expect.poll(() => mergedIn(session), { timeout: 30_000 }).toBe(1);
+  await expect.poll(() => site.mergedIn(session), { timeout: 30_000 }).toBe(1);
   // From the depth of the other room, which the first scan hardly saw through the door, and nobody says where.
   for (const name of ["lost-1.vrim", "lost-2.vrim"]) {
     await page.getByRole("button", { name: "Send a scan file" }).tap();
@@ -138,7 +129,7 @@ test("a scan in doubt is decided on: shown where it fits, accepted or left out",
     await expect
       .poll(
         async () =>
-          (await scansOf(session)).filter((scan) =>
+          (await site.scansOf(session)).filter((scan) =>
             [ScanState.DOUBTFUL, ScanState.FAILED, ScanState.MERGED].includes(scan.state),
           ).length,
         { timeout: 30_000 },
@@ -146,13 +137,13 @@ test("a scan in doubt is decided on: shown where it fits, accepted or left out",
       .toBeGreaterThan(name === "lost-1.vrim" ? 1 : 2);
   }
   expect(
-    (await scansOf(session)).map((scan) => scan.state === ScanState.DOUBTFUL || scan.state === ScanState.FAILED),
+    (await site.scansOf(session)).map((scan) => scan.state === ScanState.DOUBTFUL || scan.state === ScanState.FAILED),
   ).toEqual([false, true, true]);
   await page.getByRole("heading", { name: "Does not fit: decide" }).waitFor();
   await page.getByRole("button", { name: /lost-1/ }).tap();
   // Every pose at which it may have been made is shown, with what fits there and what does not.
   await page.getByRole("radio", { name: /where it fits best.* of it lies on what is scanned/ }).waitFor();
-  const shown = (await site.api.scans.compareScanPoses({ name: (await scansOf(session))[1]!.name })).comparison!;
+  const shown = (await site.api.scans.compareScanPoses({ name: (await site.scansOf(session))[1]!.name })).comparison!;
   const poses = page.getByRole("radiogroup", { name: "Where was it made?" }).getByRole("radio");
   await expect.poll(() => poses.count()).toBe(shown.poses.length);
   for (const [i, pose] of shown.poses.entries()) {
@@ -163,13 +154,13 @@ test("a scan in doubt is decided on: shown where it fits, accepted or left out",
   }
   await isAccessible(page, "a scan in doubt");
   await page.getByRole("button", { name: "It was made at A" }).tap();
-  await expect.poll(() => mergedIn(session), { timeout: 30_000 }).toBe(2);
+  await expect.poll(() => site.mergedIn(session), { timeout: 30_000 }).toBe(2);
   await page.getByRole("button", { name: /lost-2/ }).tap();
   await page.getByRole("button", { name: "Show its place" }).tap();
   await page.getByRole("button", { name: "Turn left by 15 degrees" }).tap();
   await isAccessible(page, "a scan that is placed by hand");
   // A tap puts it there, a thumb drags it on; the server gets the place and the turn.
-  const second = (await scansOf(session))[2]!;
+  const second = (await site.scansOf(session))[2]!;
   const plan = (await page.getByRole("img", { name: "Plan with the places" }).boundingBox())!;
   const middle = { x: plan.x + plan.width / 2, y: plan.y + plan.height / 2 };
   await page.touchscreen.tap(middle.x, middle.y);
@@ -178,7 +169,7 @@ test("a scan in doubt is decided on: shown where it fits, accepted or left out",
   await page.mouse.move(middle.x + 90, middle.y, { steps: 5 });
   await page.mouse.up();
   await page.getByRole("button", { name: "Align it from here" }).tap();
-  const placed = async () => (await scansOf(session))[2]!;
+  const placed = async () => (await site.scansOf(session))[2]!;
   await expect.poll(async () => (await placed()).prior?.pose !== undefined, { timeout: 20_000 }).toBe(true);
   const prior = (await placed()).prior!.pose!;
   const turn = (q: { w: number; z: number }) => 2 * Math.atan2(q.z, q.w);
@@ -194,20 +185,20 @@ test("a scan in doubt is decided on: shown where it fits, accepted or left out",
   await page.getByRole("button", { name: "Leave it out" }).tap();
   await page.getByRole("alertdialog").getByRole("button", { name: "Leave it out" }).tap();
   await expect
-    .poll(async () => (await scansOf(session)).filter((scan) => scan.state === ScanState.WITHDRAWN).length)
+    .poll(async () => (await site.scansOf(session)).filter((scan) => scan.state === ScanState.WITHDRAWN).length)
     .toBe(1);
   await page.context().close();
 }, 120_000);
 
 test("what is no scan, and a job that is deleted while it is shown, are told in plain words", async () => {
-  const session = await newJob("wrong");
+  const session = await site.newJob("wrong");
   const page = await site.tablet({}, "#/wrong/stations");
   // Of the right size, and none all the same: the server finds out.
   const noise = new Surveyor().first();
   noise.fill(0x55, 4000, 400_000);
   await sendFile(page, "noise.vrim", noise);
   await page.getByText("The file arrived, but it is no sound scan.").waitFor();
-  expect((await scansOf(session)).length).toBe(0);
+  expect((await site.scansOf(session)).length).toBe(0);
   await site.api.sessions.deleteSession({ name: session });
   await page.getByText("This job is no longer on the server.").first().waitFor();
   await isAccessible(page, "a job that is gone");
@@ -215,7 +206,7 @@ test("what is no scan, and a job that is deleted while it is shown, are told in 
 }, 120_000);
 
 test("a page that is hidden holds no connection, and goes on where it was when it is shown", async () => {
-  const session = await newJob("hidden");
+  const session = await site.newJob("hidden");
   const page = await site.tablet();
   const streams = { open: 0, begun: 0 };
   const isWatch = (url: string) => url.includes("/WatchSession");

@@ -1,13 +1,11 @@
 // What was moved between scans, and doors that have to stay open, on the page.
-import { mkdirSync } from "node:fs";
 import { create, fromBinary, toBinary } from "@bufbuild/protobuf";
 import { afterAll, beforeAll, expect, test } from "vitest";
-import type { Page } from "playwright-core";
 import { OpenDoorSchema } from "../../src/gen/vantage/v1/plan_pb";
 import { GetPlanResponseSchema } from "../../src/gen/vantage/v1/plan_service_pb";
 import { SiteChangeKind } from "../../src/gen/vantage/v1/scan_pb";
 import { SessionSchema } from "../../src/gen/vantage/v1/session_pb";
-import { goTo, isAccessible, sendFile, Site } from "./harness";
+import { goTo, isAccessible, keepPicture, sendFile, Site } from "./harness";
 import { Surveyor } from "./simulated_site";
 
 const site = new Site();
@@ -16,14 +14,6 @@ afterAll(async () => {
   await site.stop();
   expect(site.errors).toEqual([]);
 });
-
-async function picture(page: Page, name: string): Promise<void> {
-  const folder = process.env.VANTAGE_SCREENSHOTS;
-  if (folder === undefined) return;
-  mkdirSync(folder, { recursive: true });
-  await page.waitForTimeout(400);
-  await page.screenshot({ path: `${folder}/${name}.png` });
-}
 
 test("a cupboard that came is told where a scan's gain is, listed with its size, and on the plan", async () => {
   const session = "sessions/moved";
@@ -60,14 +50,14 @@ test("a cupboard that came is told where a scan's gain is, listed with its size,
     .first()
     .waitFor();
   await isAccessible(page, "what was moved");
-  await picture(page, "moved-sheet");
+  await keepPicture(page, "moved-sheet");
   await page.getByRole("dialog").getByRole("button", { name: "Close", exact: true }).tap();
 
   // On the plan beside the station, by keys alone.
   await goTo(page, "Plan");
   await page.getByRole("button", { name: "Station 2", exact: true }).press("Enter");
   await sentence.first().waitFor();
-  await picture(page, "moved-plan");
+  await keepPicture(page, "moved-plan");
   await page.context().close();
 }, 120_000);
 
@@ -106,10 +96,10 @@ test("a door that a plan asks to leave open is said on the first screen and mark
   await page.reload();
   await page.getByText("Leave the marked door open: most of what aligns this scan is seen through it.").waitFor();
   await isAccessible(page, "a door to leave open");
-  await picture(page, "door-next");
+  await keepPicture(page, "door-next");
   await goTo(page, "Plan");
   await page.getByRole("button", { name: "Leave this door open" }).press("Enter");
   await page.getByText(/It is 1\.0\sm wide\. Until the scan is made, 70\s% of what aligns it/).waitFor();
-  await picture(page, "door-plan");
+  await keepPicture(page, "door-plan");
   await page.context().close();
 }, 120_000);
