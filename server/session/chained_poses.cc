@@ -11,7 +11,7 @@
 #include "core/registration/align/largest_variance.h"
 #include "core/registration/align/pose_step.h"
 #include "core/registration/align/targets.h"
-#include "core/registration/graph/chi_square.h"
+#include "core/registration/bound/chi_square.h"
 #include "core/registration/graph/consistency.h"
 #include "core/registration/graph/model_link.h"
 #include "server/conversion/from_proto.h"
