@@ -86,7 +86,8 @@ export function draw(
   drawRegion(context, projection, scene.region, regionEdge, colours);
   drawWay(context, projection, scene.way, colours);
   if (scene.samples !== undefined) drawSamples(context, projection, scene.samples, colours);
-  for (const offset of scene.offsets) drawOffset(context, projection, offset, colours, font(15));
+  const others = scene.marks.map((mark) => toScreen(projection, mark));
+  for (const offset of scene.offsets) drawOffset(context, projection, offset, others, colours, font(15));
   // The better a place, the later it is drawn, and over the others.
   const views = scene.marks.filter((mark) => mark.type === "view").reverse();
   for (const mark of [...views, ...scene.marks.filter((mark) => mark.type !== "view")]) {
@@ -208,10 +209,17 @@ function drawWay(
   context.setLineDash([]);
 }
 
+// Where on an offset's line its figure stands, as a share of it: the first of these that no mark covers.
+const labelShares = [0.7, 0.5, 0.35, 0.85];
+// From a mark's centre to a figure's, pixels, so that neither covers the other.
+const labelClearance = 36;
+
 function drawOffset(
   context: CanvasRenderingContext2D,
   projection: Projection,
   offset: { from: Point; to: Point; label: string },
+  // Where marks are drawn, on the screen.
+  others: readonly Point[],
   colours: Colours,
   font: string,
 ): void {
@@ -231,16 +239,10 @@ function drawOffset(
   context.lineWidth = 2;
   context.strokeStyle = colours.ink;
   context.stroke(line);
-  const s = Math.max(0.62, Math.min(0.8, 52 / length));
-  if (length > 60)
-    words(
-      context,
-      offset.label,
-      { x: a.x + s * length * ux, y: a.y + s * length * uy },
-      colours.ink,
-      colours.paper,
-      font,
-    );
+  if (length <= 60) return;
+  const places = labelShares.map((share) => ({ x: a.x + share * (b.x - a.x), y: a.y + share * (b.y - a.y) }));
+  const isClear = (at: Point) => others.every(({ x, y }) => Math.hypot(x - at.x, y - at.y) >= labelClearance);
+  words(context, offset.label, places.find(isClear) ?? places[0]!, colours.ink, colours.paper, font);
 }
 
 // The more two scans share, the stronger; what little backs is broken.

@@ -7,7 +7,7 @@ export type FileKind =
   | "e57"
   | "ptx"
   | "pcd"
-  // Points that do not say where the scanner stood.
+  // Points that do not say where the scanner stood: read by the server once somebody said it.
   | "points"
   | "vendor"
   | "photo"
@@ -22,7 +22,7 @@ export type FileKind =
 const vendors = /\.(fls|fws|lsproj|imp|rtc360|zfs|zfprj|rdb|rdbx|rxp|rcp|rcs|lgs|lgsx|ptg|tzf|tzs|laz|jet|nctri)$/i;
 
 // Enough of a file to tell.
-export const headBytes = 8192;
+const headBytes = 8192;
 
 type Beginning = readonly [at: number, bytes: string, kind: FileKind];
 const beginnings: readonly Beginning[] = [
@@ -73,6 +73,11 @@ function textKind(text: string): FileKind {
   // Columns, rows, the scanner's place, its axes.
   if (numbers(0, 1) && numbers(1, 1) && numbers(2, 3) && numbers(3, 3)) return "ptx";
   return lines.some((words) => words.length >= 3 && words.slice(0, 3).every(isNumber)) ? "points" : "unknown";
+}
+
+// Looks at the beginning of a file.
+export async function kindOf(file: File): Promise<FileKind> {
+  return fileKind(file.name, new Uint8Array(await file.slice(0, headBytes).arrayBuffer()), file.size);
 }
 
 // `head`: the first bytes, headBytes of them where there are so many; `size`: of the file.

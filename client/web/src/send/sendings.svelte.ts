@@ -9,7 +9,7 @@ import { UploadState, type Upload } from "../gen/vantage/v1/upload_pb";
 import { upright, type Place as Spot } from "../job/actions";
 import { t, texts, type Key } from "../texts/texts.svelte";
 import { megabytes } from "../words/numbers";
-import { fileKind, headBytes, type FileKind } from "./file_kind";
+import { kindOf, type FileKind } from "./file_kind";
 import { sendFile, UploadEnded, type Place, type Progress, type UploadServer } from "./sending";
 import { tabs } from "./turns";
 
@@ -63,8 +63,14 @@ function placeOf(upload: Upload | undefined): Place {
   };
 }
 
+// Where the scanner stood, in the coordinates of a file that does not say it.
+export interface StationInFile {
+  at: Spot;
+  // The file's unit, m.
+  unit: number;
+}
+
 const notTaken: Partial<Record<FileKind, Key>> = {
-  points: "send.noStation",
   vendor: "send.vendor",
   photo: "send.photo",
   video: "send.video",
@@ -111,8 +117,14 @@ class Sendings {
     this.list = this.list.filter((sending) => sending.id !== id);
   }
 
-  // Sends a file; `spot`: where the scan was made, as far as somebody knows.
-  async send(session: string, file: File, scanner: string, spot: Spot | undefined): Promise<void> {
+  // Sends a file; `spot`: where the scan was made, as far as somebody knows; `station`: of points.
+  async send(
+    session: string,
+    file: File,
+    scanner: string,
+    spot: Spot | undefined,
+    station?: StationInFile,
+  ): Promise<void> {
     const stopped = new AbortController();
     const id = ++this.#count;
     this.list.push({
@@ -132,10 +144,10 @@ class Sendings {
       entry.detail = detail;
     };
     try {
-      const head = new Uint8Array(await file.slice(0, headBytes).arrayBuffer());
-      const kind = fileKind(file.name, head, file.size);
+      const kind = await kindOf(file);
       const why = notTaken[kind];
       if (why !== undefined) return fail(why);
+      if (kind === "points" && station === undefined) return fail("send.noStation");
       const isFile = kind !== "rangeImage";
       if (isFile) {
         // Told before anything of it is read or sent.
@@ -156,7 +168,7 @@ class Sendings {
             scanner,
             prior,
             total: { encodedSizeBytes: total.size, sha256: total.sha256 },
-            file: isFile ? { name: file.name.slice(0, 200) } : undefined,
+            file: isFile ? { name: file.name.slice(0, 200), station: station?.at, unitM: station?.unit } : undefined,
           };
           return placeOf(
             (await scans.createUpload({ parent: session, requestId, upload }, { timeoutMs: patience })).upload,
@@ -178,7 +190,9 @@ class Sendings {
           return code === Code.OutOfRange || code === Code.DataLoss || code === Code.AlreadyExists;
         },
       };
-      const about = `${scanner} ${spot === undefined ? "" : `${spot.x} ${spot.y} ${spot.z}`}`;
+      const place = (at: Spot | undefined) => (at === undefined ? "" : `${at.x} ${at.y} ${at.z}`);
+      const stood = station === undefined ? "" : ` in file ${place(station.at)} of ${station.unit} m`;
+      const about = `${scanner} ${place(spot)}${stood}`;
       const on = (progress: Progress) => (entry.progress = progress);
       const became = await sendFile(file, about, server, tabs, on, stopped.signal);
       entry.state = "sent";

@@ -7,8 +7,8 @@ import type { Page } from "playwright-core";
 import { ExportFormat } from "../../src/gen/vantage/v1/model_service_pb";
 import { UploadState } from "../../src/gen/vantage/v1/upload_pb";
 import { crc32c } from "../../src/send/crc32c";
-import { isAccessible, sendFile, Site } from "./harness";
-import { Surveyor } from "./simulated_site";
+import { isAccessible, keepPicture, sendFile, Site } from "./harness";
+import { points, Surveyor } from "./simulated_site";
 
 const site = new Site();
 // Two stations in one file, as the server itself writes them.
@@ -105,7 +105,6 @@ test("what is no scan is said before a byte is sent, what the server finds is sa
     ["scan.zip", text("PK\x03\x04\x14\0\0\0"), "This is a packed file."],
     ["half.e57", project.slice(0, project.length / 2), "A part of this file is missing."],
     ["nothing.e57", new Uint8Array(0), "This file is empty."],
-    ["points.xyz", text("1 2 3\n4 5 6\n"), "These points don't say where the scanner stood."],
   ] as const) {
     await sendFile(page, name, bytes);
     await page.getByText(words).waitFor();
@@ -183,3 +182,33 @@ test("a job that is deleted while its file is sent says so", async () => {
     .waitFor();
   await page.context().close();
 });
+
+test("points that do not say where the scanner stood are asked for it, in the file's own unit", async () => {
+  const session = await site.newJob("points");
+  const page = await site.tablet({}, "#/points/stations");
+  const surveyor = new Surveyor();
+  await sendFile(page, "kitchen.ply", points(surveyor.start, 1, 0.001));
+  await page.getByText("kitchen.ply has points, and does not say it.").waitFor();
+  await isAccessible(page, "where the scanner stood in a file");
+  await keepPicture(page, "station-in-file");
+  await page.getByRole("button", { name: "Send", exact: true }).tap();
+  await page.getByText("Type a number for each of X, Y and Z.").waitFor();
+  expect((await site.api.scans.listUploads({ parent: session })).uploads).toEqual([]);
+  // With a comma, as half of Europe types it.
+  for (const axis of ["x", "y", "z"] as const) {
+    const millimetres = (1000 * surveyor.start[axis]).toFixed(1).replace(".", ",");
+    await page.getByLabel(axis.toUpperCase(), { exact: true }).fill(millimetres);
+  }
+  await page.getByRole("radio", { name: "Millimetres" }).tap();
+  await page.getByRole("button", { name: "Send", exact: true }).tap();
+  await page.getByText(/Sent\. /).waitFor();
+  await expect.poll(() => site.mergedIn(session), { timeout: 60_000 }).toBe(1);
+  const [upload] = (await site.api.scans.listUploads({ parent: session })).uploads;
+  expect(upload!.file?.station).toMatchObject(
+    Object.fromEntries(Object.entries(surveyor.start).map(([axis, m]) => [axis, 1000 * m])),
+  );
+  // The far room is 9.1 m away by its wall: a file in millimetres that was read in metres would have nothing there.
+  const { coverage } = await site.api.models.getCoverage({ name: session });
+  expect(coverage!.areaByKindM2!.trueSurface).toBeGreaterThan(30);
+  await page.context().close();
+}, 120_000);

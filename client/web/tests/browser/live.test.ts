@@ -4,7 +4,7 @@ import { create } from "@bufbuild/protobuf";
 import { SessionSchema } from "../../src/gen/vantage/v1/session_pb";
 import { ScanState } from "../../src/gen/vantage/v1/scan_pb";
 import { presets } from "../../src/words/presets";
-import { goTo, isAccessible, sendFile, Site } from "./harness";
+import { goTo, isAccessible, keepPicture, sendFile, Site } from "./harness";
 import { Surveyor } from "./simulated_site";
 
 const site = new Site();
@@ -111,6 +111,36 @@ test("a second tablet claims first: the other is told; what is free again can be
   await page.getByText("Still improving").waitFor({ state: "detached" });
   await page.getByRole("button", { name: "Give this place back" }).tap();
   await expect.poll(async () => (await site.api.fleet.listClaims({ parent: session })).claims.length).toBe(0);
+  await page.context().close();
+}, 120_000);
+
+test("the next morning the page offers to begin where a scan fits the earlier ones best", async () => {
+  const session = await site.newJob("morning");
+  const page = await site.tablet({}, "#/morning/stations");
+  await sendFile(page, "first.vrim", new Surveyor().first());
+  await expect.poll(() => site.mergedIn(session), { timeout: 30_000 }).toBe(1);
+  await goTo(page, "Next");
+  const decided = async () => {
+    await page.getByText(/aligns to/).waitFor();
+    await page.getByText("Still improving").waitFor({ state: "detached" });
+  };
+  await decided();
+  const offer = page.getByRole("button", { name: /A new day: begin where/ });
+  expect(await offer.count()).toBe(0);
+
+  await page.clock.setFixedTime(Date.now() + 12 * 3600 * 1000);
+  await page.reload();
+  await decided();
+  await offer.waitFor();
+  await keepPicture(page, "morning");
+  await offer.tap();
+  const { plans } = await site.api.plans.listPlans({ parent: session });
+  const { views } = (await site.api.plans.getPlan({ name: plans.at(-1)!.name })).plan!.result!;
+  const overlaps = views.map((view) => view.verdict?.overlapShare ?? 0);
+  const best = overlaps.indexOf(Math.max(...overlaps));
+  expect(best).toBeGreaterThan(0);
+  await page.getByRole("heading", { name: `Choice ${best + 1} of ${views.length}` }).waitFor();
+  expect(await offer.count()).toBe(0);
   await page.context().close();
 }, 120_000);
 

@@ -68,14 +68,32 @@ const step = (0.5 * Math.PI) / 180;
 const lowest = (-60 * Math.PI) / 180;
 const noise = 0.002;
 
-// An encoded range image: of a scanner upright at `at`, whose front points to `heading`, rad.
-// `things`: what stands in the flat besides.
-export function scan(at: Place, heading: number, seed: number, things: readonly Box[] = []): Uint8Array {
+const columns = Math.round((2 * Math.PI) / step);
+const rows = Math.floor((Math.PI / 2 - lowest) / step);
+const azimuthOf = (column: number) => -Math.PI + column * step;
+const elevationOf = (row: number) => lowest + row * step;
+
+// The range that a scanner upright at `at`, whose front points to `heading` (rad), measures in each cell, m, column
+// by column; 0: no echo. `things`: what stands in the flat besides.
+function ranges(at: Place, heading: number, seed: number, things: readonly Box[]): Float64Array {
   const boxes = [...flat, ...things];
   const random = randomNumbers(seed);
   const gauss = () => Math.sqrt(-2 * Math.log(random() || 1e-12)) * Math.cos(2 * Math.PI * random());
-  const columns = Math.round((2 * Math.PI) / step);
-  const rows = Math.floor((Math.PI / 2 - lowest) / step);
+  const measured = new Float64Array(columns * rows);
+  for (let column = 0; column < columns; ++column) {
+    const azimuth = azimuthOf(column) + heading;
+    for (let row = 0; row < rows; ++row) {
+      const [c, s] = [Math.cos(elevationOf(row)), Math.sin(elevationOf(row))];
+      const range = hit(boxes, at, { x: c * Math.cos(azimuth), y: c * Math.sin(azimuth), z: s });
+      if (range >= 0.5 && range < 20) measured[column * rows + row] = range + noise * gauss();
+    }
+  }
+  return measured;
+}
+
+// An encoded range image.
+export function scan(at: Place, heading: number, seed: number, things: readonly Box[] = []): Uint8Array {
+  const measured = ranges(at, heading, seed, things);
   const size = 32 + 8 * rows + columns * (8 + 4 * rows);
   const bytes = new Uint8Array(size);
   const view = new DataView(bytes.buffer);
@@ -86,19 +104,16 @@ export function scan(at: Place, heading: number, seed: number, things: readonly 
   view.setUint32(12, rows, true);
   view.setFloat64(16, step, true);
   view.setFloat64(24, step, true);
-  for (let row = 0; row < rows; ++row) view.setFloat64(32 + 8 * row, lowest + row * step, true);
+  for (let row = 0; row < rows; ++row) view.setFloat64(32 + 8 * row, elevationOf(row), true);
   for (let column = 0; column < columns; ++column) {
     const begin = 32 + 8 * rows + column * (8 + 4 * rows);
-    const azimuth = -Math.PI + column * step;
-    view.setFloat64(begin, azimuth, true);
+    view.setFloat64(begin, azimuthOf(column), true);
     let before = 0;
     for (let row = 0; row < rows; ++row) {
-      const elevation = lowest + row * step;
-      const [c, s] = [Math.cos(elevation), Math.sin(elevation)];
-      const range = hit(boxes, at, { x: c * Math.cos(azimuth + heading), y: c * Math.sin(azimuth + heading), z: s });
+      const range = measured[column * rows + row]!;
       let code = 0;
-      if (range >= 0.5 && range < 20) {
-        const tenths = Math.max(1, Math.round((range + noise * gauss()) * 1e4));
+      if (range > 0) {
+        const tenths = Math.max(1, Math.round(range * 1e4));
         const difference = tenths - before;
         code = 2 + (difference >= 0 ? 2 * difference : -2 * difference - 1);
         before = tenths;
@@ -106,6 +121,30 @@ export function scan(at: Place, heading: number, seed: number, things: readonly 
       for (let plane = 0; plane < 4; ++plane) bytes[begin + 8 + plane * rows + row] = (code >>> (8 * plane)) & 0xff;
     }
   }
+  return bytes;
+}
+
+// The same as a PLY file of points in the flat's own frame, in `unit`, m: it does not say where the scanner stood.
+export function points(at: Place, seed: number, unit: number): Uint8Array {
+  const measured = ranges(at, 0, seed, []);
+  const count = measured.reduce((sum, range) => sum + (range > 0 ? 1 : 0), 0);
+  const axes = ["x", "y", "z"].map((axis) => `property float ${axis}\n`).join("");
+  const head = `ply\nformat binary_little_endian 1.0\nelement vertex ${count}\n${axes}end_header\n`;
+  const bytes = new Uint8Array(head.length + 12 * count);
+  bytes.set(new TextEncoder().encode(head));
+  const view = new DataView(bytes.buffer, head.length);
+  let written = 0;
+  measured.forEach((range, i) => {
+    if (range === 0) return;
+    const [azimuth, elevation] = [azimuthOf(Math.floor(i / rows)), elevationOf(i % rows)];
+    const level = range * Math.cos(elevation);
+    const point = [
+      at.x + level * Math.cos(azimuth),
+      at.y + level * Math.sin(azimuth),
+      at.z + range * Math.sin(elevation),
+    ];
+    for (const coordinate of point) view.setFloat32(4 * written++, coordinate / unit, true);
+  });
   return bytes;
 }
 
