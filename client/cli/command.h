@@ -68,7 +68,7 @@ CLI::App* AddCommand(CLI::App& parent, Environment& environment, const std::stri
 }
 
 // One function per command, each in the file of that name (scanner and claim: of their
-// group's; file: scan_file).
+// group's; file: scan_file; report: job_report).
 void AddSessionCreate(CLI::App& parent, Environment& environment);
 void AddSessionList(CLI::App& parent, Environment& environment);
 void AddSessionShow(CLI::App& parent, Environment& environment);
@@ -106,6 +106,8 @@ void AddWatch(CLI::App& parent, Environment& environment);
 void AddPlansList(CLI::App& parent, Environment& environment);
 void AddPlansDelete(CLI::App& parent, Environment& environment);
 void AddExport(CLI::App& parent, Environment& environment);
+void AddJobReport(CLI::App& parent, Environment& environment);
+void AddPicture(CLI::App& parent, Environment& environment);
 void AddSimulate(CLI::App& parent, Environment& environment);
 void AddStudy(CLI::App& parent, Environment& environment);
 void AddHealth(CLI::App& parent, Environment& environment);

@@ -143,6 +143,8 @@ int main(int argc, char** argv) {
   vantage::cli::AddLinks(app, environment);
   vantage::cli::AddWatch(app, environment);
   vantage::cli::AddExport(app, environment);
+  vantage::cli::AddJobReport(app, environment);
+  vantage::cli::AddPicture(app, environment);
   vantage::cli::AddSimulate(app, environment);
   vantage::cli::AddStudy(app, environment);
   vantage::cli::AddHealth(app, environment);

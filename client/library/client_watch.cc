@@ -1,4 +1,6 @@
 // Streams from the server that outlive their links: session events, plans, exports.
+#include <memory>
+
 #include "absl/strings/str_cat.h"
 #include "client/library/client.h"
 #include "client/library/resource_names.h"
@@ -33,6 +35,39 @@ const v1::Scan* ScanOf(const v1::SessionEvent& event) {
     default:
       return nullptr;
   }
+}
+
+// Hands a streamed file to `sink`, piece by piece, each checked against its checksum and place.
+template <typename Response>
+absl::StatusOr<std::string> ReceiveFile(const Wire& wire, grpc::ClientContext& context,
+                                        std::unique_ptr<grpc::ClientReader<Response>> stream,
+                                        absl::FunctionRef<absl::Status(absl::string_view)> sink) {
+  Response response;
+  std::string file_name;
+  int64_t received = 0;
+  int64_t announced = 0;
+  absl::Status refused;
+  while (stream->Read(&response)) {
+    if (!refused.ok() || response.has_heartbeat()) continue;
+    if (response.offset() != received || bytes::Crc32c(response.data()) != response.crc32c()) {
+      refused = absl::DataLossError(
+          absl::StrCat("the export was damaged on its way, after ", received, " bytes"));
+      context.TryCancel();
+      continue;
+    }
+    received += static_cast<int64_t>(response.data().size());
+    if (response.total_size_bytes() > 0) announced = response.total_size_bytes();
+    if (!response.file_name().empty()) file_name = response.file_name();
+    if (refused = sink(response.data()); !refused.ok()) context.TryCancel();
+  }
+  const grpc::Status status = stream->Finish();
+  if (!refused.ok()) return refused;
+  if (!status.ok()) return wire.Failure(status);
+  if (announced > 0 && announced != received) {
+    return absl::DataLossError(
+        absl::StrCat("the export ended after ", received, " of ", announced, " bytes"));
+  }
+  return file_name;
 }
 
 }  // namespace
@@ -152,33 +187,15 @@ absl::StatusOr<std::string> Client::Export(
     absl::FunctionRef<absl::Status(absl::string_view)> sink) {
   grpc::ClientContext context;
   if (absl::Status prepared = wire_->Prepare(context); !prepared.ok()) return prepared;
-  auto stream = wire_->model->ExportModel(&context, request);
-  v1::ExportModelResponse response;
-  std::string file_name;
-  int64_t received = 0;
-  int64_t announced = 0;
-  absl::Status refused;
-  while (stream->Read(&response)) {
-    if (!refused.ok() || response.has_heartbeat()) continue;
-    if (response.offset() != received || bytes::Crc32c(response.data()) != response.crc32c()) {
-      refused = absl::DataLossError(
-          absl::StrCat("the export was damaged on its way, after ", received, " bytes"));
-      context.TryCancel();
-      continue;
-    }
-    received += static_cast<int64_t>(response.data().size());
-    if (response.total_size_bytes() > 0) announced = response.total_size_bytes();
-    if (!response.file_name().empty()) file_name = response.file_name();
-    if (refused = sink(response.data()); !refused.ok()) context.TryCancel();
-  }
-  const grpc::Status status = stream->Finish();
-  if (!refused.ok()) return refused;
-  if (!status.ok()) return wire_->Failure(status);
-  if (announced > 0 && announced != received) {
-    return absl::DataLossError(
-        absl::StrCat("the export ended after ", received, " of ", announced, " bytes"));
-  }
-  return file_name;
+  return ReceiveFile(*wire_, context, wire_->model->ExportModel(&context, request), sink);
+}
+
+absl::StatusOr<std::string> Client::Export(
+    const v1::ExportReportRequest& request,
+    absl::FunctionRef<absl::Status(absl::string_view)> sink) {
+  grpc::ClientContext context;
+  if (absl::Status prepared = wire_->Prepare(context); !prepared.ok()) return prepared;
+  return ReceiveFile(*wire_, context, wire_->model->ExportReport(&context, request), sink);
 }
 
 absl::StatusOr<std::string> Client::ExportBytes(const v1::ExportModelRequest& request) {

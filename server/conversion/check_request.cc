@@ -1,6 +1,7 @@
 #include "server/conversion/check_request.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "absl/strings/match.h"
@@ -313,6 +314,23 @@ absl::Status CheckRequest(const v1::ExportModelRequest& request) {
         absl::StrCat("has ", request.scans_size(), " names, at most ", kMaxExportedScans, " fit"));
   }
   return absl::OkStatus();
+}
+
+absl::Status CheckRequest(const v1::ExportReportRequest& request) {
+  contract::Violations violations;
+  // No place on earth is farther from UTC than 14 hours; protobufs' zones go to 18.
+  constexpr double kMostOffset = 18 * 3600;
+  const double offset = ReadDuration(request.utc_offset());
+  if (!(std::abs(offset) <= kMostOffset) || std::fmod(offset, 60) != 0) {
+    violations.Add("utc_offset",
+                   absl::StrCat("is ", offset, " s, must be whole minutes within 18 h of UTC"));
+  }
+  if (request.has_required_coverage() &&
+      !(request.required_coverage() > 0 && request.required_coverage() <= 1)) {
+    violations.Add("required_coverage",
+                   absl::StrCat("is ", request.required_coverage(), ", must be a share in (0, 1]"));
+  }
+  return violations.ToStatus();
 }
 
 absl::Status CheckRequest(const v1::CreateScannerRequest& request) {

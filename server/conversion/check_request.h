@@ -43,6 +43,8 @@ absl::Status CheckRequest(const v1::RejectViewRequest& request);
 absl::Status CheckRequest(const v1::DeleteRejectionRequest& request);
 
 absl::Status CheckRequest(const v1::ExportModelRequest& request);
+// But for the language: who writes the report knows which there are.
+absl::Status CheckRequest(const v1::ExportReportRequest& request);
 
 absl::Status CheckRequest(const v1::CreateScannerRequest& request);
 // The mask and the fields that it names; the model is checked where the session is known.

@@ -133,6 +133,7 @@ class ModelServiceImpl final : public v1::ModelService::CallbackService {
   VANTAGE_UNARY(GetCoverage)
   VANTAGE_UNARY(GetPoseGraph)
   VANTAGE_STREAM(ExportModel)
+  VANTAGE_STREAM(ExportReport)
 
  private:
   const RpcDependencies dependencies_;

@@ -77,6 +77,7 @@ class Session final : public SessionContext {
   Stations& stations() { return stations_; }
   Scanners& scanners() { return scanners_; }
   Rejections& rejections() { return rejections_; }
+  const PoseAdjuster& adjuster() const { return adjuster_; }
   ModelMemory& model() { return model_; }
   const Preparation& preparation() const { return preparation_; }
 

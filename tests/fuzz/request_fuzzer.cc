@@ -11,6 +11,7 @@
 
 #include "server/contract/error.h"
 #include "server/conversion/check_request.h"
+#include "server/report/report.h"
 #include "server/rpc/handlers/handlers.h"
 #include "server/rpc/handlers/lookup.h"
 #include "server/session/export.h"
@@ -91,6 +92,20 @@ absl::Status ExportAll(const session::TenantSessions& sessions, const std::strin
   }
 }
 
+absl::Status ReportAll(const session::TenantSessions& sessions, const std::string& bytes) {
+  v1::ExportReportRequest request;
+  if (!request.ParseFromString(bytes)) return absl::OkStatus();
+  const auto session = rpc::FindSession(sessions, request.name(), "name");
+  if (!session.ok()) return session.status();
+  if (absl::Status valid = conversion::CheckRequest(request); !valid.ok()) return valid;
+  const auto source = report::Report::Create(*session, request);
+  if (!source.ok()) return source.status();
+  while (true) {
+    const absl::StatusOr<std::string> part = (*source)->Next();
+    if (!part.ok() || part->empty()) return part.status();
+  }
+}
+
 const std::vector<Handle>& Handlers() {
   static const auto& all = *new std::vector<Handle>{
       Of(rpc::handlers::CreateSession),
@@ -136,6 +151,7 @@ const std::vector<Handle>& Handlers() {
       Of(rpc::handlers::EvaluateView),
       Of(rpc::handlers::GetPoseGraph),
       ExportAll,
+      ReportAll,
   };
   return all;
 }

@@ -64,6 +64,7 @@ inline constexpr RpcRule kRpcRules[] = {
     {"ModelService", "GetCoverage", auth::Role::kRead, false},
     {"ModelService", "GetPoseGraph", auth::Role::kRead, false},
     {"ModelService", "ExportModel", auth::Role::kRead, false, true},
+    {"ModelService", "ExportReport", auth::Role::kRead, false, true},
 };
 
 // A method without a rule does not compile.

@@ -1,98 +1,13 @@
-#include <algorithm>
-#include <mutex>
-#include <string>
+#include <memory>
 #include <utility>
 
-#include "core/bytes/checksum.h"
-#include "server/contract/error.h"
-#include "server/contract/out_of_memory.h"
 #include "server/conversion/check_request.h"
 #include "server/rpc/handlers/lookup.h"
-#include "server/rpc/streams/pumped_writer.h"
+#include "server/rpc/streams/file_stream.h"
 #include "server/rpc/streams/streams.h"
 #include "server/session/export.h"
 
 namespace vantage::rpc {
-namespace {
-
-constexpr size_t kChunk = 256 << 10;
-
-// Parts are made on the planning pool, each after the one before was written, so that a slow reader
-// holds one part.
-class ExportStream final : public PumpedWriter<v1::ExportModelResponse> {
- public:
-  ExportStream(const RpcDependencies& dependencies, std::shared_ptr<RpcCall> call,
-               grpc::CallbackServerContext* context, std::unique_ptr<session::Export> source)
-      : PumpedWriter(dependencies, std::move(call), context), source_(std::move(source)) {}
-
- protected:
-  Step Produce(v1::ExportModelResponse& message, absl::Status& status) override {
-    std::lock_guard<std::mutex> lock(mutex_);
-    if (!error_.ok()) {
-      status = error_;
-      return Step::kFinish;
-    }
-    if (source_->session().closed()) {
-      status = contract::ResourceNotFound("vantage/Session", source_->session().name());
-      return Step::kFinish;
-    }
-    if (sent_ == part_.size()) {
-      if (at_end_) {
-        status = absl::OkStatus();
-        return Step::kFinish;
-      }
-      if (!making_) {
-        making_ = true;
-        source_->session().RunInteractive(
-            [self = std::static_pointer_cast<ExportStream>(shared_from_this())](
-                parallel::Parallel&) { self->MakePart(); });
-      }
-      return Step::kIdle;
-    }
-    const size_t size = std::min(kChunk, part_.size() - sent_);
-    message.set_data(part_.data() + sent_, size);
-    message.set_offset(offset_);
-    message.set_total_size_bytes(source_->total_size());
-    message.set_model_version(source_->model_version());
-    message.set_crc32c(bytes::Crc32c(message.data()));
-    if (offset_ == 0) message.set_file_name(source_->file_name());
-    sent_ += size;
-    offset_ += static_cast<int64_t>(size);
-    return Step::kWrite;
-  }
-
-  void Stopped() override {}
-
- private:
-  void MakePart() {
-    absl::StatusOr<std::string> part =
-        contract::UnlessOutOfMemory([this] { return source_->Next(); });
-    {
-      std::lock_guard<std::mutex> lock(mutex_);
-      making_ = false;
-      sent_ = 0;
-      part_.clear();
-      if (!part.ok()) {
-        error_ = part.status();
-      } else {
-        at_end_ = part->empty();
-        part_ = *std::move(part);
-      }
-    }
-    Notify();
-  }
-
-  const std::unique_ptr<session::Export> source_;
-  std::mutex mutex_;
-  std::string part_ ABSL_GUARDED_BY(mutex_);
-  size_t sent_ ABSL_GUARDED_BY(mutex_) = 0;
-  int64_t offset_ ABSL_GUARDED_BY(mutex_) = 0;
-  bool making_ ABSL_GUARDED_BY(mutex_) = false;
-  bool at_end_ ABSL_GUARDED_BY(mutex_) = false;
-  absl::Status error_ ABSL_GUARDED_BY(mutex_);
-};
-
-}  // namespace
 
 grpc::ServerWriteReactor<v1::ExportModelResponse>* ExportModel(
     const RpcDependencies& dependencies, const std::shared_ptr<RpcCall>& call,
@@ -108,7 +23,8 @@ grpc::ServerWriteReactor<v1::ExportModelResponse>* ExportModel(
   absl::StatusOr<std::unique_ptr<session::Export>> source =
       session::Export::Create(*session, request);
   if (!source.ok()) return new Refused(*call, source.status(), context);
-  return BeginStream<ExportStream>(dependencies, call, context, *std::move(source));
+  return BeginStream<FileStream<v1::ExportModelResponse, session::Export>>(
+      dependencies, call, context, *std::move(source));
 }
 
 }  // namespace vantage::rpc

@@ -32,6 +32,10 @@ grpc::ServerWriteReactor<v1::ExportModelResponse>* ExportModel(
     const RpcDependencies& dependencies, const std::shared_ptr<RpcCall>& call,
     grpc::CallbackServerContext* context, const v1::ExportModelRequest& request);
 
+grpc::ServerWriteReactor<v1::ExportReportResponse>* ExportReport(
+    const RpcDependencies& dependencies, const std::shared_ptr<RpcCall>& call,
+    grpc::CallbackServerContext* context, const v1::ExportReportRequest& request);
+
 }  // namespace vantage::rpc
 
 #endif  // VANTAGE_SERVER_RPC_STREAMS_STREAMS_H_
