@@ -1,14 +1,12 @@
+#include <cerrno>
 #include <cstdio>
-#include <cstdlib>
 #include <ctime>
 #include <string>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_join.h"
 #include "client/cli/command.h"
 #include "client/cli/file.h"
 #include "client/cli/report.h"
-#include "client/cli/terminal.h"
 #include "client/library/resource_names.h"
 
 namespace vantage::cli {
@@ -37,36 +35,24 @@ absl::StatusOr<ExitCode> RunJobReport(Environment& environment,
   request.set_language(arguments.language);
   request.set_required_coverage(arguments.required_coverage);
   if (!arguments.utc) request.mutable_utc_offset()->set_seconds(60 * LocalOffsetMinutes());
+  // All or nothing: a page that breaks off would look whole.
+  const auto page = environment.client().ExportBytes(request);
+  if (!page.ok()) return page.status();
   if (arguments.output == "-") {
-    // All or nothing: a page that breaks off would look whole.
-    std::string page;
-    const auto exported = environment.client().Export(request, [&](absl::string_view bytes) {
-      page.append(bytes.data(), bytes.size());
-      return absl::OkStatus();
-    });
-    if (!exported.ok()) return exported.status();
-    if (std::fwrite(page.data(), 1, page.size(), stdout) != page.size() ||
+    if (std::fwrite(page->data(), 1, page->size(), stdout) != page->size() ||
         std::fflush(stdout) != 0) {
       return absl::ErrnoToStatus(errno, "cannot write the report to standard output");
     }
     return ExitCode::kOk;
   }
   const std::string output =
-      !arguments.output.empty()
-          ? arguments.output
-          : absl::StrCat(client::IdOf(client::SessionName(arguments.session)), ".html");
+      arguments.output.empty()
+          ? absl::StrCat(client::IdOf(client::SessionName(arguments.session)), ".html")
+          : arguments.output;
   AtomicFile file(output);
-  ProgressLine line;
-  double written = 0;
-  const auto exported = environment.client().Export(request, [&](absl::string_view bytes) {
-    written += static_cast<double>(bytes.size());
-    line.Show("report: " + Bytes(written));
-    return file.Append(bytes);
-  });
-  line.Clear();
-  if (!exported.ok()) return exported.status();
+  if (absl::Status written = file.Append(*page); !written.ok()) return written;
   if (absl::Status committed = file.Commit(); !committed.ok()) return committed;
-  std::printf("%s: %s\n", output.c_str(), Bytes(written).c_str());
+  std::printf("%s: %s\n", output.c_str(), Bytes(static_cast<double>(page->size())).c_str());
   return ExitCode::kOk;
 }
 

@@ -143,9 +143,8 @@ class Client {
 
   // The whole export in memory; starts again after a break.
   absl::StatusOr<std::string> ExportBytes(const v1::ExportModelRequest& request);
-  // The same of a job's report.
-  absl::StatusOr<std::string> Export(const v1::ExportReportRequest& request,
-                                     absl::FunctionRef<absl::Status(absl::string_view)> sink);
+  // A job's report, likewise.
+  absl::StatusOr<std::string> ExportBytes(const v1::ExportReportRequest& request);
 
   // Sends an archive of `size` bytes, from which the server makes a session, under `session_id`
   // where that is not empty. `read` gets an offset and gives the bytes from there on, as many as it

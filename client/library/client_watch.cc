@@ -70,6 +70,22 @@ absl::StatusOr<std::string> ReceiveFile(const Wire& wire, grpc::ClientContext& c
   return file_name;
 }
 
+// All of a file in memory; `receive` is called with a sink, again after a break.
+template <typename Receive>
+absl::StatusOr<std::string> WholeFile(double give_up_after, const Receive& receive) {
+  Resumption resumption(give_up_after);
+  while (true) {
+    std::string bytes;
+    const auto sink = [&bytes](absl::string_view piece) {
+      bytes.append(piece.data(), piece.size());
+      return absl::OkStatus();
+    };
+    const auto name = receive(absl::FunctionRef<absl::Status(absl::string_view)>(sink));
+    if (name.ok()) return bytes;
+    if (absl::Status resumed = resumption.AfterBreak(name.status()); !resumed.ok()) return resumed;
+  }
+}
+
 }  // namespace
 
 absl::Status Client::WatchSession(const std::string& session, uint64_t after_sequence,
@@ -190,25 +206,16 @@ absl::StatusOr<std::string> Client::Export(
   return ReceiveFile(*wire_, context, wire_->model->ExportModel(&context, request), sink);
 }
 
-absl::StatusOr<std::string> Client::Export(
-    const v1::ExportReportRequest& request,
-    absl::FunctionRef<absl::Status(absl::string_view)> sink) {
-  grpc::ClientContext context;
-  if (absl::Status prepared = wire_->Prepare(context); !prepared.ok()) return prepared;
-  return ReceiveFile(*wire_, context, wire_->model->ExportReport(&context, request), sink);
+absl::StatusOr<std::string> Client::ExportBytes(const v1::ExportModelRequest& request) {
+  return WholeFile(wire_->options.give_up_after, [&](auto sink) { return Export(request, sink); });
 }
 
-absl::StatusOr<std::string> Client::ExportBytes(const v1::ExportModelRequest& request) {
-  Resumption resumption(wire_->options.give_up_after);
-  while (true) {
-    std::string bytes;
-    const auto name = Export(request, [&](absl::string_view piece) {
-      bytes.append(piece.data(), piece.size());
-      return absl::OkStatus();
-    });
-    if (name.ok()) return bytes;
-    if (absl::Status resumed = resumption.AfterBreak(name.status()); !resumed.ok()) return resumed;
-  }
+absl::StatusOr<std::string> Client::ExportBytes(const v1::ExportReportRequest& request) {
+  return WholeFile(wire_->options.give_up_after, [&](auto sink) -> absl::StatusOr<std::string> {
+    grpc::ClientContext context;
+    if (absl::Status prepared = wire_->Prepare(context); !prepared.ok()) return prepared;
+    return ReceiveFile(*wire_, context, wire_->model->ExportReport(&context, request), sink);
+  });
 }
 
 }  // namespace vantage::client

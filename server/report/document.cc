@@ -29,7 +29,7 @@ table { border-collapse: collapse; width: 100%; margin: 0 0 4mm; font-size: 8.5p
 caption { text-align: left; font-weight: bold; padding: 1mm 0; caption-side: top; break-after: avoid; }
 thead { display: table-header-group; }
 tr { break-inside: avoid; }
-th, td { text-align: left; vertical-align: top; padding: 0.9mm 1.6mm 0.9mm 0; border-bottom: 0.2mm solid #999; overflow-wrap: break-word; }
+th, td { text-align: left; vertical-align: top; padding: 0.9mm 1.2mm; border-bottom: 0.2mm solid #999; overflow-wrap: break-word; }
 thead th { border-bottom: 0.4mm solid #111; vertical-align: bottom; }
 tbody th { font-weight: normal; }
 .number { text-align: right; font-variant-numeric: tabular-nums; }
@@ -47,6 +47,11 @@ figcaption { font-size: 8.5pt; margin-top: 1.5mm; }
 .legend li { display: flex; align-items: center; gap: 1.5mm; }
 .legend svg { flex: none; width: 7mm; height: 4mm; }
 section.page { break-before: page; }
+section.page > h2:first-child, section.page > h3:first-child { margin-top: 0; }
+th:first-child { padding-left: 0; } th:last-child, td:last-child { padding-right: 0; }
+.poses td:nth-child(2) { min-width: 20mm; } .decisions td:nth-child(2) { min-width: 26mm; }
+.decisions tbody th { white-space: nowrap; }
+@media print { body { padding: 0; } }
 svg text { font-family: inherit; fill: #111; }
 @media screen { body { padding: 8mm 6mm; max-width: 194mm; } .wide { overflow-x: auto; } }
 )";

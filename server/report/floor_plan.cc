@@ -35,16 +35,36 @@ std::string Hex(const PngColour& colour) {
   return absl::StrFormat("#%02x%02x%02x", colour.red, colour.green, colour.blue);
 }
 
+// Whether a kind's hatching covers a pixel, so that nothing is told by colour alone: too thin is
+// dotted, hidden slants, no echo is chequered, outside the view lies level.
+bool Hatched(model::SurfaceKind kind, int x, int y) {
+  switch (kind) {
+    case model::SurfaceKind::kTrue:
+      return x % 4 < 2 && y % 4 < 2;
+    case model::SurfaceKind::kOcclusion:
+      return (x + y) % 4 < 2;
+    case model::SurfaceKind::kHole:
+      return (x / 2 + y / 2) % 2 == 0;
+    default:
+      return y % 4 < 2;
+  }
+}
+
+// Pixels to a cell's edge: as many as hatching needs, where memory has room.
+int FinenessOf(const model::FloorPlan& plan) { return plan.cells.size() <= kMostCells / 4 ? 4 : 2; }
+
 std::string PlanPng(const model::FloorPlan& plan) {
-  PaletteImage image{plan.columns, plan.rows, {}};
-  image.pixels.reserve(plan.cells.size());
-  for (int y = plan.rows - 1; y >= 0; --y) {
-    for (int x = 0; x < plan.columns; ++x) {
-      const size_t at = plan.At(x, y);
-      const bool wall = plan.cells[at] == model::PlanCell::kWall;
+  const int fine = FinenessOf(plan);
+  PaletteImage image{fine * plan.columns, fine * plan.rows, {}};
+  image.pixels.reserve(static_cast<size_t>(image.width) * image.height);
+  for (int y = image.height - 1; y >= 0; --y) {
+    for (int x = 0; x < image.width; ++x) {
+      const size_t at = plan.At(x / fine, y / fine);
+      const std::optional<model::SurfaceKind> missing =
+          plan.cells[at] == model::PlanCell::kWall ? std::nullopt : plan.missing[at];
       image.pixels.push_back(
-          plan.missing[at].has_value() && !wall
-              ? static_cast<uint8_t>(kMissingFrom + static_cast<size_t>(*plan.missing[at]))
+          missing.has_value() && Hatched(*missing, x, y)
+              ? static_cast<uint8_t>(kMissingFrom + static_cast<size_t>(*missing))
               : static_cast<uint8_t>(plan.cells[at]));
     }
   }
@@ -135,15 +155,16 @@ class Drawing {
     // From pixels, row after row from the top, to the sheet.
     const Eigen::Vector2d corner =
         sheet_.ToSheet(plan_.corner + Eigen::Vector2d(0, plan_.edge * plan_.rows));
-    const Eigen::Vector2d right = sheet_.Turned(Eigen::Vector2d(plan_.edge, 0));
-    const Eigen::Vector2d down = sheet_.Turned(Eigen::Vector2d(0, -plan_.edge));
+    const int fine = FinenessOf(plan_);
+    const Eigen::Vector2d right = sheet_.Turned(Eigen::Vector2d(plan_.edge / fine, 0));
+    const Eigen::Vector2d down = sheet_.Turned(Eigen::Vector2d(0, -plan_.edge / fine));
     absl::StrAppendFormat(
         &svg_,
         "<image width=\"%d\" height=\"%d\" preserveAspectRatio=\"none\" "
         "style=\"image-rendering:pixelated\" transform=\"matrix(%.6f %.6f %.6f %.6f %.4f %.4f)\" "
         "href=\"data:image/png;base64,%s\"/>\n",
-        plan_.columns, plan_.rows, right.x(), right.y(), down.x(), down.y(), corner.x(), corner.y(),
-        absl::Base64Escape(PlanPng(plan_)));
+        fine * plan_.columns, fine * plan_.rows, right.x(), right.y(), down.x(), down.y(),
+        corner.x(), corner.y(), absl::Base64Escape(PlanPng(plan_)));
   }
 
   const v1::Scan* Find(const std::string& name) const {
@@ -274,13 +295,29 @@ std::string Swatch(const PngColour& colour) {
                       "\" stroke=\"#111\" stroke-width=\"0.2\"/>");
 }
 
+// A key of missing surface, hatched as on the plan.
+std::string HatchedSwatch(size_t kind) {
+  std::string drawing =
+      "<rect x=\"0.2\" y=\"0.2\" width=\"6.6\" height=\"3.6\" fill=\"#fff\" stroke=\"#111\" "
+      "stroke-width=\"0.2\"/><path d=\"";
+  for (int y = 0; y < 8; ++y) {
+    for (int x = 0; x < 16; ++x) {
+      if (!Hatched(static_cast<model::SurfaceKind>(kind), x, y)) continue;
+      absl::StrAppendFormat(&drawing, "M%.1f %.1fh.4v.4h-.4z", 0.3 + 0.4 * x, 3.2 - 0.4 * y);
+    }
+  }
+  return absl::StrCat(drawing, "\" fill=\"", Hex(kPalette[kMissingFrom + kind]), "\"/>");
+}
+
 Html Legend(const Words& say) {
   std::string list = "<ul class=\"legend\">\n";
   constexpr Text kCells[] = {Text::kKeyFloor,  Text::kKeyThinFloor, Text::kKeyFurniture,
                              Text::kKeyWall,   Text::kKeyThin,      Text::kKeyHidden,
                              Text::kKeyNoEcho, Text::kKeyOutside};
   for (size_t i = 0; i < std::size(kCells); ++i)
-    AddKey(list, Swatch(kPalette[i + 1]), say(kCells[i]));
+    AddKey(list,
+           i + 1 < kMissingFrom ? Swatch(kPalette[i + 1]) : HatchedSwatch(i + 1 - kMissingFrom),
+           say(kCells[i]));
   AddKey(
       list,
       "<circle cx=\"3.5\" cy=\"2\" r=\"1.7\" fill=\"#fff\" stroke=\"#111\" stroke-width=\"0.4\"/>",

@@ -1,5 +1,8 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstdint>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -12,7 +15,8 @@ namespace {
 using Column = HtmlTable::Column;
 
 // Places that are told one by one.
-constexpr int kMostPlaces = 25;
+constexpr int kMostPlaces = 12;
+constexpr double kLeastGivenUp = 0.25;  // m2
 constexpr int kMostOpenings = 200;
 constexpr int kMostRejections = 200;
 
@@ -39,15 +43,16 @@ std::vector<StoreyArea> AreaByStorey(const JobRecord& job,
         while (at + 1 < storeys.size() && z >= storeys[at + 1].band.floor - kBelowFloor) ++at;
         StoreyArea& area = areas[at];
         const double m2 = surface.area;
-        if (surface.given_up) {
-          area.given_up += m2;
-        } else if (state != model::VoxelState::kTrueSurface) {
-          area.missing[static_cast<size_t>(model::KindOf(state))] += m2;
-        } else if (surface.density < required->density) {
+        const bool dense = state == model::VoxelState::kTrueSurface &&
+                           static_cast<double>(surface.density) >= required->density;
+        if (dense) {
+          area.at_density += m2;
+        } else if (state == model::VoxelState::kTrueSurface) {
           area.thin += m2;
         } else {
-          area.at_density += m2;
+          area.missing[static_cast<size_t>(model::KindOf(state))] += m2;
         }
+        if (surface.given_up && !dense) area.given_up += m2;
       });
   return areas;
 }
@@ -138,7 +143,7 @@ Html Places(const JobRecord& job, const Words& say) {
     int shown = 0;
     for (const v1::GivenUpSurface& place : job.coverage.given_up()) {
       // Smaller ones are in the sums.
-      if (shown == kMostPlaces || place.area_m2() < 0.05) break;
+      if (shown == kMostPlaces || place.area_m2() < kLeastGivenUp) break;
       ++shown;
       table.Add(
           {say.Place(place.centre()), storey_of(place.centre().z()),
@@ -159,8 +164,15 @@ Html Openings(const JobRecord& job, const Words& say) {
                                              {say(Text::kSeenBehindColumn), Column::kNumber},
                                              {say(Text::kEndsColumn), Column::kNumber}});
   int left = 0;
+  std::set<std::array<int64_t, 3>> told;
   for (const v1::Opening& opening : coverage.openings()) {
     if (!opening.doorway() || opening.entered() || opening.frontier_area_behind_m2() <= 0) continue;
+    // A doorway that leads to several pieces of space that are known is one.
+    if (!told.insert({opening.storey_index(), std::llround(10 * opening.centre().x()),
+                      std::llround(10 * opening.centre().y())})
+             .second) {
+      continue;
+    }
     if (++left > kMostOpenings) continue;
     table.Add({say.Place(opening.centre()), absl::StrCat(opening.storey_index()),
                absl::StrCat(say.Number(opening.width_m(), 2), " \u00d7 ",
@@ -221,10 +233,6 @@ Html WriteRemaining(const JobRecord& job, const Standing& standing, const Words&
   out += Element("p", say(Text::kKindsNote), "class=\"note\"");
   out += RegionTable(standing, say);
   out += StoreyTable(job, say);
-  if (job.coverage.has_best_remaining_model_gain_m2()) {
-    out += Element("p", say(Text::kBestRemaining, LastPart(job.coverage.plan()),
-                            say.Area(job.coverage.best_remaining_model_gain_m2())));
-  }
   out += Places(job, say);
   out += Openings(job, say);
   out += Rejections(job, say);

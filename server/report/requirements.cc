@@ -40,16 +40,20 @@ RegionStanding OfRegion(const v1::RegionCoverage& coverage) {
   return region;
 }
 
-// What an instrument adds to a point: its data sheet, and what its scans have shown beyond.
+bool SameScanner(const v1::ScannerModel& a, const v1::ScannerModel& b) {
+  return a.id() == b.id() && a.range_noise_m() == b.range_noise_m() &&
+         a.range_noise_ppm() == b.range_noise_ppm();
+}
+
+// What an instrument adds to a point along its ray: its data sheet, and by how much its scans lie
+// farther apart from what was there before than that explains.
 struct InstrumentNoise {
   sensor::ScannerModel scanner;
-  double correlated = 0;  // m2
-  registration::InstrumentExcess excess;
+  double beyond = 0;  // m2
 
-  double Variance(double range, double cos_incidence) const {
-    const size_t of = registration::ResidualClass(range, cos_incidence);
+  double Variance(double range) const {
     const double sigma = scanner.RangeSigma(range);
-    return sigma * sigma + correlated + excess.shared[of] + excess.scatter[of];
+    return sigma * sigma + beyond;
   }
 };
 
@@ -57,15 +61,22 @@ InstrumentNoise NoiseOf(const JobRecord& job, const v1::ScannerModel& scanner) {
   contract::Violations none;  // it was checked when it came
   InstrumentNoise noise;
   noise.scanner = conversion::ReadScannerModel(scanner, "scanner_model", none);
-  const double correlated = job.config.registration.correlated_sigma;
-  noise.correlated = correlated * correlated;
-  for (const InstrumentRecord& instrument : job.instruments) {
-    if (instrument.scanner.id() == scanner.id() &&
-        instrument.scanner.range_noise_m() == scanner.range_noise_m() &&
-        instrument.scanner.range_noise_ppm() == scanner.range_noise_ppm()) {
-      noise.excess = instrument.shown.Excess(correlated);
+  double squares = 0;
+  double pairs = 0;
+  for (const v1::Scan& scan : job.scans) {
+    if (scan.state() != v1::SCAN_STATE_MERGED || !scan.has_registration() ||
+        !SameScanner(scan.scanner_model(), scanner)) {
+      continue;
     }
+    const v1::Registration& aligned = scan.registration();
+    const auto count = static_cast<double>(aligned.correspondence_count());
+    squares +=
+        count * std::max(0.0, aligned.rms_residual_m() * aligned.rms_residual_m() -
+                                  aligned.expected_residual_m() * aligned.expected_residual_m());
+    pairs += count;
   }
+  const double correlated = job.config.registration.correlated_sigma;
+  noise.beyond = correlated * correlated + (pairs > 0 ? squares / pairs : 0);
   return noise;
 }
 
@@ -85,10 +96,7 @@ void AddAccuracy(const JobRecord& job, std::vector<RegionStanding>& regions) {
   const size_t elsewhere = job.config.regions.size();
   const auto accuracy = registration::MeasureSurfaceAccuracy(
       *job.view, stations,
-      [&](size_t station, double range, double cos_incidence) {
-        return noises[station].Variance(range, cos_incidence);
-      },
-      elsewhere + 1,
+      [&](size_t station, double range) { return noises[station].Variance(range); }, elsewhere + 1,
       [&](const Eigen::Vector3d& place) -> std::optional<size_t> {
         const std::optional<planning::Requirement> required = job.config.RequiredAt(place);
         if (!required.has_value()) return std::nullopt;

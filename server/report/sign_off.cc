@@ -221,6 +221,18 @@ Html Facts(const JobRecord& job, const Standing& standing, const Words& say) {
   return Html::Raw(absl::StrCat("<dl class=\"facts\">\n", rows, "</dl>\n"));
 }
 
+// What the last plan says of further scans; nothing where it does not know.
+std::string WorthOfFurtherScans(const JobRecord& job, const Words& say) {
+  const v1::PlanResult& result = job.plan.result();
+  const std::string plan = LastPart(job.plan.name());
+  if (result.termination().suggested()) return say(Text::kNoFurtherScan, plan);
+  if (result.views().empty()) return "";
+  const v1::RankedView& best = result.views(0);
+  const double gain = std::max(best.expected_gain_m2(), best.model_gain_m2());
+  if (!best.exact() || gain <= 0) return "";
+  return say(Text::kFurtherScan, plan, say.Area(gain), say.Place(best.position()));
+}
+
 Html Verdict(const JobRecord& job, const Standing& standing, size_t exceptions, const Words& say) {
   if (job.view == nullptr) {
     return Html::Raw(absl::StrCat("<div class=\"verdict open\"><strong>",
@@ -234,14 +246,7 @@ Html Verdict(const JobRecord& job, const Standing& standing, size_t exceptions, 
   } else {
     words = say(Text::kMissedRows, missed, standing.regions.size());
   }
-  const v1::Termination& end = job.plan.result().termination();
-  if (!job.plan.name().empty() && end.has_best_model_gain_upper_m2()) {
-    words +=
-        " " + say(end.suggested() ? Text::kNoFurtherScan : Text::kFurtherScan,
-                  say.Area(end.has_best_expected_gain_upper_m2() ? end.best_expected_gain_upper_m2()
-                                                                 : end.best_model_gain_upper_m2()),
-                  LastPart(job.plan.name()));
-  }
+  absl::StrAppend(&words, " ", WorthOfFurtherScans(job, say));
   return Html::Raw(
       absl::StrCat("<div class=\"verdict", missed == 0 ? "" : " open", "\"><strong>",
                    Escaped(say(missed == 0 ? Text::kVerdictMet : Text::kVerdictNotMet)),
@@ -256,13 +261,7 @@ Html WriteSignOff(const JobRecord& job, const Standing& standing, const Words& s
   out += Element("h2", say(Text::kSignOff));
   out += Verdict(job, standing, exceptions.sentences().size(), say);
   out += Facts(job, standing, say);
-  if (job.view != nullptr) {
-    out += RequirementTable(standing, say);
-    out += Element("p", say(Text::kCoverageNote, say.Percent(standing.required_coverage)),
-                   "class=\"note\"");
-    out += Element("p", say(Text::kAccuracyNote), "class=\"note\"");
-    out += Element("p", say(Text::kLevelNote), "class=\"note\"");
-  }
+  if (job.view != nullptr) out += RequirementTable(standing, say);
   out += Element(
       "div",
       Element("strong", say(Text::kPlanningHeading)) + Element("p", say(Text::kPlanningNote)),
@@ -285,6 +284,13 @@ Html WriteSignOff(const JobRecord& job, const Standing& standing, const Words& s
     lines += Element("div", say(Text::kSignPlaceDate));
   }
   out += Element("div", lines, "class=\"signatures\"");
+  if (job.view != nullptr) {
+    out += Element("h3", say(Text::kFiguresHeading));
+    out += Element("p", say(Text::kCoverageNote, say.Percent(standing.required_coverage)),
+                   "class=\"note\"");
+    out += Element("p", say(Text::kAccuracyNote), "class=\"note\"");
+    out += Element("p", say(Text::kLevelNote), "class=\"note\"");
+  }
   return out + Html::Raw("</section>\n");
 }
 

@@ -1,3 +1,4 @@
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -17,6 +18,11 @@ using Column = HtmlTable::Column;
 constexpr size_t kMostLinks = 400;
 
 double Degrees(double radians) { return radians * 180 / std::numbers::pi; }
+
+// In percent, rounded up: what is a little above 100 is said to be.
+std::string TestShare(double ratio, const Words& say) {
+  return say.Number(std::ceil(100 * ratio - 1e-9), 0);
+}
 
 const v1::LinkedScan* FindLinked(const JobRecord& job, const std::string& scan) {
   for (const v1::LinkedScan& linked : job.graph.scans()) {
@@ -52,18 +58,16 @@ Html PoseTable(const JobRecord& job, const std::vector<NumberedScan>& scans,
     if (linked != nullptr && linked->held() && covariance.has_value()) {
       bound = say(Text::kHolds);
     } else if (covariance.has_value()) {
-      const double worst =
-          std::sqrt(registration::WorstPointVariance(*covariance, Eigen::Vector3d::Zero()));
-      bound = say.Millimetres(registration::Bound95(worst));
+      bound = say.Millimetres(registration::Bound95(
+          registration::PointCovariance(*covariance, Eigen::Vector3d::Zero())));
       const auto sigma = [&](int axis) {
         return say.Millimetres(std::sqrt(std::max(0.0, (*covariance)(axis, axis))));
       };
       sigmas = absl::StrCat(sigma(3), " / ", sigma(4), " / ", sigma(5));
       // Turned about the worst axis, 10 m away.
-      registration::PoseCovariance rotation = registration::PoseCovariance::Zero();
-      rotation.bottomRightCorner<3, 3>() = covariance->topLeftCorner<3, 3>();
-      turn = say.Millimetres(
-          10 * std::sqrt(registration::WorstPointVariance(rotation, Eigen::Vector3d::Zero())));
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> turns(covariance->topLeftCorner<3, 3>(),
+                                                                 Eigen::EigenvaluesOnly);
+      turn = say.Millimetres(10 * std::sqrt(std::max(0.0, turns.eigenvalues().maxCoeff())));
     }
     table.Add({absl::StrCat(of.number), ScanTitle(*of.scan),
                absl::StrCat(storeys[StoreyAt(storeys, at.z())].number), say.Fixed(at.x(), 3),
@@ -71,7 +75,7 @@ Html PoseTable(const JobRecord& job, const std::vector<NumberedScan>& scans,
                say.Fixed(Degrees(std::atan2(r(1, 0), r(0, 0))), 2), say.Fixed(Degrees(tilt), 2),
                bound, sigmas, turn});
   }
-  return table.Done();
+  return table.Done("poses");
 }
 
 Html RegistrationTable(const JobRecord& job, const std::vector<NumberedScan>& scans,
@@ -96,7 +100,7 @@ Html RegistrationTable(const JobRecord& job, const std::vector<NumberedScan>& sc
     if (linked != nullptr && linked->has_worst_link()) {
       worst = say(linked->worst_link().test_ratio() > 1 ? Text::kWorstLinkBad : Text::kWorstLink,
                   StationWords(scans, linked->worst_link().scan(), say),
-                  say.Number(100 * linked->worst_link().test_ratio(), 0));
+                  TestShare(linked->worst_link().test_ratio(), say));
     }
     const v1::RegistrationVerdict& verdict = scan.registration().verdict();
     const bool aligned = scan.has_registration();
@@ -128,8 +132,8 @@ Html LinkTable(const JobRecord& job, const std::vector<NumberedScan>& scans, con
     const double ratio =
         order[k] < job.graph.link_test_ratios_size() ? job.graph.link_test_ratios(order[k]) : 0;
     const std::string fit = link.in_doubt() ? say(Text::kFitDoubt)
-                            : ratio > 1     ? say(Text::kFitSuspect, say.Number(100 * ratio, 0))
-                            : ratio > 0     ? say(Text::kFitGood, say.Number(100 * ratio, 0))
+                            : ratio > 1     ? say(Text::kFitSuspect, TestShare(ratio, say))
+                            : ratio > 0     ? say(Text::kFitGood, TestShare(ratio, say))
                                             : say(Text::kFitUnchecked);
     table.Add({say(Text::kBetween, NumberOfScan(scans, link.first_scan()),
                    NumberOfScan(scans, link.second_scan())),

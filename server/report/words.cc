@@ -73,7 +73,9 @@ std::string Words::Area(double m2) const { return absl::StrCat(Number(m2, 1), " 
 std::string Words::Millimetres(double m) const { return Number(1000 * m, m < 0.0995 ? 1 : 0); }
 
 std::string Words::Length(double m) const {
-  return std::abs(m) < 0.1 ? absl::StrCat(Millimetres(m), " mm") : absl::StrCat(Number(m, 2), " m");
+  if (std::abs(m) < 0.0995) return absl::StrCat(Millimetres(m), " mm");
+  return std::abs(m) < 0.995 ? absl::StrCat(Number(100 * m, 1), " cm")
+                             : absl::StrCat(Number(m, 2), " m");
 }
 
 std::string Words::Percent(double share) const {

@@ -47,7 +47,7 @@ class Words {
   // Without: for coordinates.
   std::string Fixed(double value, int decimals) const;
   std::string Area(double m2) const;        // '12.3 m²'
-  std::string Length(double m) const;       // in mm below 0.1 m
+  std::string Length(double m) const;       // in mm below 0.1 m, in cm below 1 m
   std::string Millimetres(double m) const;  // the figure alone
   // '97.3 %', never rounded up: 94.96 % is not 95.0.
   std::string Percent(double share) const;

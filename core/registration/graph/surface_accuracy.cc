@@ -1,33 +1,39 @@
 #include "core/registration/graph/surface_accuracy.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
-#include <limits>
-#include <numbers>
 #include <utility>
 
 namespace vantage::registration {
 namespace {
 
 constexpr double kShare = 0.95;
-// The root of the 95 % quantile of chi-square with three degrees of freedom.
-constexpr double kBound95 = 2.7955;
 constexpr size_t kNearestStations = 8;
 
-// Points of one variance, as many as their area.
-struct Points {
-  double variance = 0;  // m2
-  double area = 0;      // m2
+// A squared length's distribution: `scale` times a chi-square variable with `freedom`.
+struct SquaredLength {
+  double scale = 0;  // m2
+  double freedom = 1;
 };
 
-// Share of the errors of this variance that are no longer than `length`: Maxwell's distribution.
-double ShareWithin(double length, double variance) {
-  if (variance <= 0) return 1;
-  const double x = length / std::sqrt(variance);
-  return std::erf(x / std::numbers::sqrt2) -
-         std::sqrt(2 / std::numbers::pi) * x * std::exp(-0.5 * x * x);
+SquaredLength SquaredLengthOf(const Eigen::Matrix3d& covariance) {
+  const double mean = covariance.trace();
+  const double squares = covariance.squaredNorm();
+  if (!(mean > 0)) return {};
+  return {squares / mean, std::clamp(mean * mean / squares, 1.0, 3.0)};
 }
+
+double ShareWithin(double length, const SquaredLength& of) {
+  if (!(of.scale > 0)) return 1;
+  return boost::math::gamma_p(0.5 * of.freedom, 0.5 * length * length / of.scale);
+}
+
+// Points of one distribution, as many as their area.
+struct Points {
+  SquaredLength error;
+  double area = 0;  // m2
+};
 
 // The length that `kShare` of all points' errors are within.
 double LengthOf(std::span<const Points> points) {
@@ -35,14 +41,14 @@ double LengthOf(std::span<const Points> points) {
   double largest = 0;
   for (const Points& of : points) {
     area += of.area;
-    largest = std::max(largest, of.variance);
+    largest = std::max(largest, of.error.scale);
   }
   double low = 0;
-  double high = kBound95 * std::sqrt(largest);
-  for (int i = 0; i < 50 && high - low > 1e-7; ++i) {
+  double high = 3 * std::sqrt(largest);  // 99 % of three directions
+  for (int i = 0; i < 40 && high - low > 1e-6 * high; ++i) {
     const double middle = 0.5 * (low + high);
     double within = 0;
-    for (const Points& of : points) within += of.area * ShareWithin(middle, of.variance);
+    for (const Points& of : points) within += of.area * ShareWithin(middle, of.error);
     (within < kShare * area ? low : high) = middle;
   }
   return high;
@@ -65,14 +71,15 @@ bool Sees(const model::PlanningView& model, const Eigen::Vector3d& from,
   return true;
 }
 
-// The variance of a point as from one station, m2; nothing where that one's pose is not known.
-class PointVariance {
+// How far off a point is, as from the station that it counts for.
+class PointErrors {
  public:
-  PointVariance(const model::PlanningView& model, std::span<const KnownStation> stations,
-                InstrumentVariance instrument)
+  PointErrors(const model::PlanningView& model, std::span<const KnownStation> stations,
+              InstrumentVariance instrument)
       : model_(model), stations_(stations), instrument_(instrument) {}
 
-  std::optional<double> Of(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) {
+  // Nothing where the pose of that station is not known.
+  std::optional<SquaredLength> Of(const Eigen::Vector3d& point) {
     nearest_.clear();
     for (size_t i = 0; i < stations_.size(); ++i) {
       const double distance = (stations_[i].position - point).norm();
@@ -87,29 +94,30 @@ class PointVariance {
     const size_t looked_at = std::min(kNearestStations, nearest_.size());
     std::partial_sort(nearest_.begin(), nearest_.begin() + static_cast<std::ptrdiff_t>(looked_at),
                       nearest_.end());
-    std::optional<double> worst = 0;
+    std::optional<Eigen::Matrix3d> worst;
+    bool all_known = looked_at > 0;
     for (size_t k = 0; k < looked_at; ++k) {
       const size_t station = nearest_[k].second;
-      const std::optional<double> variance = From(station, point, normal);
-      if (Sees(model_, stations_[station].position, point)) return variance;
-      if (!variance.has_value() || !worst.has_value()) {
-        worst = std::nullopt;
-      } else {
-        worst = std::max(*worst, *variance);
+      const std::optional<Eigen::Matrix3d> error = From(station, point);
+      if (Sees(model_, stations_[station].position, point)) {
+        return error.has_value() ? std::optional(SquaredLengthOf(*error)) : std::nullopt;
+      }
+      all_known = all_known && error.has_value();
+      if (error.has_value() && (!worst.has_value() || error->trace() > worst->trace())) {
+        worst = error;
       }
     }
-    return looked_at == 0 ? std::nullopt : worst;
+    return all_known ? std::optional(SquaredLengthOf(*worst)) : std::nullopt;
   }
 
  private:
-  std::optional<double> From(size_t station, const Eigen::Vector3d& point,
-                             const Eigen::Vector3d& normal) const {
+  std::optional<Eigen::Matrix3d> From(size_t station, const Eigen::Vector3d& point) const {
     const KnownStation& from = stations_[station];
     if (!from.covariance.has_value()) return std::nullopt;
     const Eigen::Vector3d arm = point - from.position;
-    const double range = arm.norm();
-    const double cosine = range > 0 ? std::abs(arm.dot(normal)) / range : 1;
-    return WorstPointVariance(*from.covariance, arm) + instrument_(station, range, cosine);
+    const Eigen::Vector3d ray = arm.normalized();
+    return PointCovariance(*from.covariance, arm) +
+           instrument_(station, arm.norm()) * ray * ray.transpose();
   }
 
   const model::PlanningView& model_;
@@ -120,17 +128,18 @@ class PointVariance {
 
 }  // namespace
 
-double Bound95(double sigma) { return kBound95 * sigma; }
+double Bound95(const Eigen::Matrix3d& covariance) {
+  const Points alone{SquaredLengthOf(covariance), 1};
+  return LengthOf({&alone, 1});
+}
 
-double WorstPointVariance(const PoseCovariance& covariance, const Eigen::Vector3d& arm) {
+Eigen::Matrix3d PointCovariance(const PoseCovariance& covariance, const Eigen::Vector3d& arm) {
   // A small turn by w moves the point by w x arm.
   Eigen::Matrix<double, 3, 6> moves;
   moves << 0, arm.z(), -arm.y(), 1, 0, 0,  //
       -arm.z(), 0, arm.x(), 0, 1, 0,       //
       arm.y(), -arm.x(), 0, 0, 0, 1;
-  const Eigen::Matrix3d of_point = moves * covariance * moves.transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(of_point, Eigen::EigenvaluesOnly);
-  return std::max(0.0, solver.eigenvalues().maxCoeff());
+  return moves * covariance * moves.transpose();
 }
 
 std::optional<SurfaceAccuracies> MeasureSurfaceAccuracy(
@@ -143,7 +152,7 @@ std::optional<SurfaceAccuracies> MeasureSurfaceAccuracy(
   std::vector<Points> all;
   std::vector<std::vector<Points>> points(groups);
   const size_t stride = 1 + model.SurfaceCount() / std::max<size_t>(1, most_points);
-  PointVariance variance(model, stations, instrument);
+  PointErrors errors(model, stations, instrument);
   size_t number = 0;
   bool stopped = false;
   model.ForEachSurface(
@@ -154,7 +163,7 @@ std::optional<SurfaceAccuracies> MeasureSurfaceAccuracy(
         const std::optional<size_t> group = group_of(place);
         if (!group.has_value()) return;
         const double area = static_cast<double>(surface.area) * static_cast<double>(stride);
-        const std::optional<double> of = variance.Of(place, surface.normal.cast<double>());
+        const std::optional<SquaredLength> of = errors.Of(place);
         if (of.has_value()) {
           all.push_back({*of, area});
           points[*group].push_back({*of, area});

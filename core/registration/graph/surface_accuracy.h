@@ -27,9 +27,8 @@ struct KnownStation {
 };
 
 // Variance of a measured point along its ray by the instrument alone, m2, from a station at a range
-// (m) and the cosine of the incidence.
-using InstrumentVariance =
-    absl::FunctionRef<double(size_t station, double range, double cos_incidence)>;
+// (m).
+using InstrumentVariance = absl::FunctionRef<double(size_t station, double range)>;
 
 // Of a group of surface.
 struct SurfaceAccuracy {
@@ -46,22 +45,23 @@ struct SurfaceAccuracies {
 
 // By group of measured surface: `group_of` says which of `groups` a place (m, model frame) is in,
 // or none: then it does not count. A point counts as measured from the nearest station in whose
-// range and sight it is; where none of the eight nearest sees it, as from the worst of these. Its
-// error is taken as normally distributed in three dimensions with the standard deviation of its
-// worst direction in all of them, which is never too small. Of more surface than `most_points`
-// voxels every second, third, ... is looked at. Nothing when cancelled on the way.
+// range and sight it is; where none of the eight nearest sees it, as from the worst of these. Of
+// more surface than `most_points` voxels every second, third, ... is looked at. Nothing when
+// cancelled on the way.
 std::optional<SurfaceAccuracies> MeasureSurfaceAccuracy(
     const model::PlanningView& model, std::span<const KnownStation> stations,
     InstrumentVariance instrument, size_t groups,
     absl::FunctionRef<std::optional<size_t>(const Eigen::Vector3d&)> group_of,
     size_t most_points = 50'000, const parallel::Cancellation& cancelled = {});
 
-// Of a point `arm` (m) from a pose's centre: variance of its error in the worst direction, m2.
-double WorstPointVariance(const PoseCovariance& covariance, const Eigen::Vector3d& arm);
+// Of a point `arm` (m) from a pose's centre: covariance of its error, m2.
+Eigen::Matrix3d PointCovariance(const PoseCovariance& covariance, const Eigen::Vector3d& arm);
 
-// Length that a normally distributed error of these axes' standard deviation (m) is within at 95 %,
-// m.
-double Bound95(double sigma);
+// Length that a normally distributed error with this covariance (m2) is within at 95 %, m. Its
+// square is taken as a multiple of a chi-square variable with the same mean and variance
+// (Satterthwaite 1946), which is exact where the error has one direction, or the same variance in
+// two or three; in between the length is right to 4 %.
+double Bound95(const Eigen::Matrix3d& covariance);
 
 }  // namespace vantage::registration
 
