@@ -185,7 +185,7 @@ class Drawing {
       Line(sheet_.ToSheet(InModel(first->pose().translation())),
            sheet_.ToSheet(InModel(second->pose().translation())),
            absl::StrFormat("stroke=\"%s\" stroke-width=\"%.2f\"%s", suspect ? "#a01010" : "#1a5c2e",
-                           0.2 + 0.9 * std::clamp(link.overlap_share(), 0.0, 1.0),
+                           0.12 + 0.55 * std::clamp(link.overlap_share(), 0.0, 1.0),
                            suspect ? " stroke-dasharray=\"1.5 1\"" : ""));
     }
   }

@@ -74,7 +74,7 @@ std::string Words::Millimetres(double m) const { return Number(1000 * m, m < 0.0
 
 std::string Words::Length(double m) const {
   if (std::abs(m) < 0.0995) return absl::StrCat(Millimetres(m), " mm");
-  return std::abs(m) < 0.995 ? absl::StrCat(Number(100 * m, 1), " cm")
+  return std::abs(m) < 0.995 ? absl::StrCat(Number(100 * m, std::abs(m) < 0.2 ? 1 : 0), " cm")
                              : absl::StrCat(Number(m, 2), " m");
 }
 

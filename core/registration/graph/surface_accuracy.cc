@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
+#include <map>
 #include <utility>
 
 namespace vantage::registration {
@@ -29,30 +30,49 @@ double ShareWithin(double length, const SquaredLength& of) {
   return boost::math::gamma_p(0.5 * of.freedom, 0.5 * length * length / of.scale);
 }
 
-// Points of one distribution, as many as their area.
-struct Points {
-  SquaredLength error;
-  double area = 0;  // m2
-};
+// Points by the distribution of their errors, as many as their area. Distributions that are nearly
+// the same (2 % in scale, a fiftieth of a degree of freedom) are one, of their mean.
+class Points {
+ public:
+  void Add(const SquaredLength& error, double area) {
+    const double scale = std::max(error.scale, 1e-14);
+    Group& group = groups_[{static_cast<int>(std::floor(std::log(scale) / 0.02)),
+                            static_cast<int>(std::floor(error.freedom / 0.02))}];
+    group.area += area;
+    group.scale += area * error.scale;
+    group.freedom += area * error.freedom;
+  }
+  bool empty() const { return groups_.empty(); }
 
-// The length that `kShare` of all points' errors are within.
-double LengthOf(std::span<const Points> points) {
-  double area = 0;
-  double largest = 0;
-  for (const Points& of : points) {
-    area += of.area;
-    largest = std::max(largest, of.error.scale);
+  // The length that `kShare` of all points' errors are within.
+  double Length() const {
+    double area = 0;
+    double largest = 0;
+    for (const auto& [key, of] : groups_) {
+      area += of.area;
+      largest = std::max(largest, of.scale / of.area);
+    }
+    double low = 0;
+    double high = 3 * std::sqrt(largest);  // 97 % of three directions
+    for (int i = 0; i < 40 && high - low > 1e-6 * high; ++i) {
+      const double middle = 0.5 * (low + high);
+      double within = 0;
+      for (const auto& [key, of] : groups_) {
+        within += of.area * ShareWithin(middle, {of.scale / of.area, of.freedom / of.area});
+      }
+      (within < kShare * area ? low : high) = middle;
+    }
+    return high;
   }
-  double low = 0;
-  double high = 3 * std::sqrt(largest);  // 99 % of three directions
-  for (int i = 0; i < 40 && high - low > 1e-6 * high; ++i) {
-    const double middle = 0.5 * (low + high);
-    double within = 0;
-    for (const Points& of : points) within += of.area * ShareWithin(middle, of.error);
-    (within < kShare * area ? low : high) = middle;
-  }
-  return high;
-}
+
+ private:
+  struct Group {
+    double area = 0;   // m2
+    double scale = 0;  // times area, as the next
+    double freedom = 0;
+  };
+  std::map<std::pair<int, int>, Group> groups_;
+};
 
 // True where nothing measured stands between the two places but what is at the point itself.
 bool Sees(const model::PlanningView& model, const Eigen::Vector3d& from,
@@ -79,7 +99,8 @@ class PointErrors {
       : model_(model), stations_(stations), instrument_(instrument) {}
 
   // Nothing where the pose of that station is not known.
-  std::optional<SquaredLength> Of(const Eigen::Vector3d& point) {
+  std::optional<SquaredLength> Of(const Eigen::Vector3d& point,
+                                  const model::SurfaceVoxel& surface) {
     nearest_.clear();
     for (size_t i = 0; i < stations_.size(); ++i) {
       const double distance = (stations_[i].position - point).norm();
@@ -99,7 +120,10 @@ class PointErrors {
     for (size_t k = 0; k < looked_at; ++k) {
       const size_t station = nearest_[k].second;
       const std::optional<Eigen::Matrix3d> error = From(station, point);
-      if (Sees(model_, stations_[station].position, point)) {
+      // From behind a surface nobody sees it, as far as it is known which side that is.
+      const bool before = surface.ambiguous || surface.normal.cast<double>().dot(
+                                                   stations_[station].position - point) > 0;
+      if (before && Sees(model_, stations_[station].position, point)) {
         return error.has_value() ? std::optional(SquaredLengthOf(*error)) : std::nullopt;
       }
       all_known = all_known && error.has_value();
@@ -129,8 +153,9 @@ class PointErrors {
 }  // namespace
 
 double Bound95(const Eigen::Matrix3d& covariance) {
-  const Points alone{SquaredLengthOf(covariance), 1};
-  return LengthOf({&alone, 1});
+  Points alone;
+  alone.Add(SquaredLengthOf(covariance), 1);
+  return alone.Length();
 }
 
 Eigen::Matrix3d PointCovariance(const PoseCovariance& covariance, const Eigen::Vector3d& arm) {
@@ -149,36 +174,34 @@ std::optional<SurfaceAccuracies> MeasureSurfaceAccuracy(
     const parallel::Cancellation& cancelled) {
   SurfaceAccuracies accuracies;
   accuracies.groups.resize(groups);
-  std::vector<Points> all;
-  std::vector<std::vector<Points>> points(groups);
+  Points all;
+  std::vector<Points> points(groups);
   const size_t stride = 1 + model.SurfaceCount() / std::max<size_t>(1, most_points);
   PointErrors errors(model, stations, instrument);
   size_t number = 0;
+  size_t looked_at = 0;
   bool stopped = false;
   model.ForEachSurface(
       [&](const model::VoxelIndex&, model::VoxelState state, const model::SurfaceVoxel& surface) {
-        if (state != model::VoxelState::kTrueSurface || number++ % stride != 0 || stopped) return;
-        if (number % 1024 == 0 && cancelled.Requested()) stopped = true;
+        if (stopped || state != model::VoxelState::kTrueSurface || number++ % stride != 0) return;
+        if (looked_at++ % 1024 == 0 && cancelled.Requested()) stopped = true;
         const Eigen::Vector3d place = surface.centroid.cast<double>();
         const std::optional<size_t> group = group_of(place);
         if (!group.has_value()) return;
         const double area = static_cast<double>(surface.area) * static_cast<double>(stride);
-        const std::optional<SquaredLength> of = errors.Of(place);
-        if (of.has_value()) {
-          all.push_back({*of, area});
-          points[*group].push_back({*of, area});
-          accuracies.groups[*group].area += area;
-          accuracies.all.area += area;
-        } else {
-          accuracies.groups[*group].area_unknown += area;
-          accuracies.all.area_unknown += area;
+        const std::optional<SquaredLength> of = errors.Of(place, surface);
+        for (SurfaceAccuracy* accuracy : {&accuracies.groups[*group], &accuracies.all}) {
+          (of.has_value() ? accuracy->area : accuracy->area_unknown) += area;
         }
+        if (!of.has_value()) return;
+        all.Add(*of, area);
+        points[*group].Add(*of, area);
       });
   if (stopped) return std::nullopt;
   for (size_t i = 0; i < groups; ++i) {
-    if (!points[i].empty()) accuracies.groups[i].bound = LengthOf(points[i]);
+    if (!points[i].empty()) accuracies.groups[i].bound = points[i].Length();
   }
-  if (!all.empty()) accuracies.all.bound = LengthOf(all);
+  if (!all.empty()) accuracies.all.bound = all.Length();
   return accuracies;
 }
 

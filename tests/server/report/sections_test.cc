@@ -110,7 +110,7 @@ JobRecord Job() {
   job.decisions.left_out = 7;
   job.instruments.push_back({job.scans[0].scanner_model(), {}});
   job.view = registration::ModelOf(registration::BareRoom(), registration::PoseAt(first, 0),
-                                   registration::ScanSettings{.noise = 0}, 0, 1);
+                                   registration::ScanSettings(), 0, 1);
   job.config.required_density = 2500;
   return job;
 }

