@@ -121,6 +121,8 @@ TEST(CommandLine, EveryCommandExplainsItselfWithAnExample) {
                                              {"coverage"},
                                              {"watch"},
                                              {"export"},
+                                             {"report"},
+                                             {"picture"},
                                              {"simulate"},
                                              {"health"}}) {
     std::vector<std::string> arguments = {VANTAGE_BINARY};

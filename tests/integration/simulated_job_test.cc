@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <regex>
 #include <sstream>
 #include <string>
@@ -43,6 +45,49 @@ v1::ListScansResponse Scans(const ServerProcess& server, const std::string& sess
   return Answer<v1::ListScansResponse>(Vantage(server, {"scan", "list", session, "--json"}));
 }
 
+std::string Content(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+// Of the job 'flat'.
+void ExpectReportAndPicture(const ServerProcess& server, const ScratchFolder& folder) {
+  const std::string saved = folder.File("flat.html");
+  const Finished report = Vantage(server, {"report", "flat", "--utc", "-o", saved});
+  ASSERT_EQ(report.exit_code, 0) << report.error;
+  EXPECT_THAT(report.out, HasSubstr(saved));
+  const std::string page = Content(saved);
+  EXPECT_THAT(page, HasSubstr("Sign-off sheet"));
+  EXPECT_THAT(page, HasSubstr("data:image/png;base64,"));
+  EXPECT_THAT(page, HasSubstr("(UTC)"));
+  EXPECT_EQ(page.substr(page.size() - 8), "</html>\n");
+  // All of it, and nothing else, on standard output.
+  const Finished printed =
+      Vantage(server, {"report", "flat", "--utc", "--language", "de", "-o", "-"});
+  ASSERT_EQ(printed.exit_code, 0) << printed.error;
+  EXPECT_EQ(printed.out.substr(0, 15), "<!DOCTYPE html>");
+  EXPECT_THAT(printed.out, HasSubstr("Abnahmeblatt"));
+  EXPECT_EQ(printed.out.substr(printed.out.size() - 8), "</html>\n");
+  const Finished unknown = Vantage(server, {"report", "flat", "--language", "fr", "-o", "-"});
+  EXPECT_EQ(unknown.exit_code, 5);
+  EXPECT_EQ(unknown.out, "");
+  EXPECT_THAT(unknown.error, HasSubstr("en, de"));
+  const std::string none = folder.File("none.html");
+  EXPECT_EQ(Vantage(server, {"report", "none", "-o", none}).exit_code, 3);
+  EXPECT_FALSE(std::filesystem::exists(none));
+
+  const std::string drawn = folder.File("flat.png");
+  const Finished picture = Vantage(server, {"picture", "flat", "-o", drawn});
+  ASSERT_EQ(picture.exit_code, 0) << picture.error;
+  EXPECT_THAT(picture.out, HasSubstr("3 stations"));
+  EXPECT_EQ(Content(drawn).substr(1, 3), "PNG");
+  const std::string storey = folder.File("storey.png");
+  EXPECT_EQ(Vantage(server, {"picture", "flat", "--storey", "0", "-o", storey}).exit_code, 0);
+  const Finished attic = Vantage(server, {"picture", "flat", "--storey", "attic"});
+  EXPECT_EQ(attic.exit_code, 3);
+  EXPECT_THAT(attic.error, HasSubstr("those that are known: 0"));
+}
+
 TEST(SimulatedJob, DigitisesTheFlat) {
   ServerProcess server;
   ASSERT_FALSE(server.address().empty());
@@ -67,6 +112,7 @@ TEST(SimulatedJob, DigitisesTheFlat) {
   for (const v1::Scan& scan : listed.scans()) {
     EXPECT_EQ(scan.state(), v1::SCAN_STATE_MERGED) << scan.state_message();
   }
+  ExpectReportAndPicture(server, folder);
   EXPECT_EQ(server.Stop(SIGTERM), 0) << server.Log();
 }
 

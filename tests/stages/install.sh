@@ -12,7 +12,7 @@ declare -A packages=(
     libpcl-sample-consensus1.13 libpcl-features1.13 libpcl-filters1.13 libpcl-segmentation1.13
     libpcl-registration1.13"
   [service]="libgrpc++-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc
-    libsqlite3-dev libmicrohttpd-dev libqrencode-dev zlib1g-dev nlohmann-json3-dev libcpp-jwt-dev libcairo2-dev fonts-dejavu-core"
+    libsqlite3-dev libmicrohttpd-dev libqrencode-dev zlib1g-dev nlohmann-json3-dev libcpp-jwt-dev libpng-dev libcairo2-dev fonts-dejavu-core"
   [study]="coinor-cbc" # the fewest positions, by integer programming
   # HAProxy: who calls is known behind it.
   [test]="coinor-cbc python3-grpcio haproxy openssl"
