@@ -11,17 +11,21 @@ constexpr absl::string_view kStyle = R"(
 html { -webkit-print-color-adjust: exact; print-color-adjust: exact; }
 body { margin: 0 auto; max-width: 182mm; padding: 8mm 0; color: #111; background: #fff;
   font: 10pt/1.4 "Helvetica Neue", Helvetica, Arial, "Liberation Sans", "DejaVu Sans", sans-serif; }
-h1 { font-size: 20pt; line-height: 1.2; margin: 0 0 1mm; overflow-wrap: anywhere; }
-h2 { font-size: 14pt; line-height: 1.25; margin: 9mm 0 3mm; padding-bottom: 1mm; border-bottom: 0.5mm solid #111; break-after: avoid; }
+h1 { font-size: 18pt; line-height: 1.2; margin: 0 0 0.5mm; overflow-wrap: anywhere; }
+h2 { font-size: 14pt; line-height: 1.25; margin: 7mm 0 3mm; padding-bottom: 1mm; border-bottom: 0.5mm solid #111; break-after: avoid; }
 h3 { font-size: 11pt; margin: 5mm 0 2mm; break-after: avoid; }
 p { margin: 0 0 2.5mm; }
 p, li { orphans: 3; widows: 3; overflow-wrap: anywhere; }
-.under { color: #444; margin-bottom: 5mm; }
+.under { color: #444; margin-bottom: 3mm; }
 .note { font-size: 8.5pt; color: #333; }
-.verdict { border: 0.7mm solid #111; padding: 3mm 4mm; margin: 0 0 4mm; break-inside: avoid; }
+#sign-off h2 { margin-top: 3mm; }
+#sign-off .facts, #sign-off .exceptions, #sign-off .planning { font-size: 9pt; line-height: 1.3; }
+#sign-off .note { font-size: 7.5pt; line-height: 1.3; margin-bottom: 1.2mm; }
+.verdict { border: 0.7mm solid #111; padding: 2mm 4mm; margin: 0 0 3mm; break-inside: avoid; }
 .verdict strong { font-size: 14pt; display: block; }
 .verdict.open { border-style: dashed; }
-.planning { border-left: 1.5mm solid #111; padding: 1mm 0 1mm 4mm; margin: 4mm 0; break-inside: avoid; }
+.planning { border-left: 1.5mm solid #111; padding: 1mm 0 1mm 4mm; margin: 3mm 0; break-inside: avoid; }
+.planning p { margin: 0; }
 dl.facts { display: grid; grid-template-columns: 38mm 1fr; gap: 0.8mm 4mm; margin: 0 0 4mm; }
 dl.facts dt { color: #444; }
 dl.facts dd { margin: 0; overflow-wrap: anywhere; }
@@ -38,7 +42,7 @@ tr.total th, tr.total td { font-weight: bold; border-top: 0.4mm solid #111; }
 .met, .unmet { font-weight: bold; white-space: nowrap; }
 ol.exceptions { padding-left: 6mm; margin: 0 0 4mm; }
 ol.exceptions li { margin-bottom: 1.2mm; break-inside: avoid; }
-.signatures { display: grid; grid-template-columns: 1fr 1fr; gap: 12mm 10mm; margin: 14mm 0 4mm; break-inside: avoid; }
+.signatures { display: grid; grid-template-columns: 1fr 1fr; gap: 10mm 10mm; margin: 11mm 0 3mm; break-inside: avoid; }
 .signatures div { border-top: 0.3mm solid #111; padding-top: 1mm; font-size: 8.5pt; }
 figure { margin: 0 0 4mm; break-inside: avoid; }
 figure svg { display: block; max-width: 100%; height: auto; }

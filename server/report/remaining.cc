@@ -15,7 +15,7 @@ namespace {
 using Column = HtmlTable::Column;
 
 // Places that are told one by one.
-constexpr int kMostPlaces = 12;
+constexpr int kMostPlaces = 10;
 constexpr double kLeastGivenUp = 0.25;  // m2
 constexpr int kMostOpenings = 200;
 constexpr int kMostRejections = 200;
