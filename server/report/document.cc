@@ -37,6 +37,7 @@ th, td { text-align: left; vertical-align: top; padding: 0.9mm 1.2mm; border-bot
 thead th { border-bottom: 0.4mm solid #111; vertical-align: bottom; }
 tbody th { font-weight: normal; }
 .number { text-align: right; font-variant-numeric: tabular-nums; }
+td.number { white-space: nowrap; }
 tr.total th, tr.total td { font-weight: bold; border-top: 0.4mm solid #111; }
 .met::before { content: "\2713\00a0"; } .unmet::before { content: "\2717\00a0"; }
 .met, .unmet { font-weight: bold; white-space: nowrap; }

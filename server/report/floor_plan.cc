@@ -122,7 +122,7 @@ class Drawing {
   }
 
  private:
-  static constexpr double kFoot = 13;  // mm below the plan, for scale bar and axes
+  static constexpr double kFoot = 15;  // mm below the plan, for scale bar and axes
 
   Eigen::Vector2d InModel(const v1::Vector3& at) const {
     return (conversion::ReadOwnVector(at) - job_.origin).head<2>();
@@ -260,18 +260,18 @@ class Drawing {
 
   // The axes of the coordinates: the world's, which need not have north.
   void DrawAxes() {
-    const Eigen::Vector2d at(sheet_.size().x() - 12, sheet_.size().y() + 8.5);
+    const Eigen::Vector2d at(sheet_.size().x() - 12, sheet_.size().y() + 11.5);
     for (const auto& [direction, name] :
          {std::pair(Eigen::Vector2d(1, 0), "x"), std::pair(Eigen::Vector2d(0, 1), "y")}) {
       const Eigen::Vector2d way = sheet_.Turned(direction).normalized();
-      const Eigen::Vector2d end = at + 6 * way;
+      const Eigen::Vector2d end = at + 5 * way;
       const Eigen::Vector2d side(-way.y(), way.x());
       Line(at, end, "stroke=\"#111\" stroke-width=\"0.4\"");
       absl::StrAppendFormat(&svg_,
                             "<path d=\"M%.2f %.2f L%.2f %.2f L%.2f %.2f Z\" fill=\"#111\"/>\n",
                             (end + 1.4 * way).x(), (end + 1.4 * way).y(), (end + 0.7 * side).x(),
                             (end + 0.7 * side).y(), (end - 0.7 * side).x(), (end - 0.7 * side).y());
-      TextAt(end + 3 * way + Eigen::Vector2d(0, 1), 3, "middle", name, "font-style=\"italic\"");
+      TextAt(end + 2.8 * way + Eigen::Vector2d(0, 1), 3, "middle", name, "font-style=\"italic\"");
     }
   }
 

@@ -109,8 +109,11 @@ JobRecord Job() {
   job.decisions.events.push_back(accepted);
   job.decisions.left_out = 7;
   job.instruments.push_back({job.scans[0].scanner_model(), {}});
-  job.view = registration::ModelOf(registration::BareRoom(), registration::PoseAt(first, 0),
-                                   registration::ScanSettings(), 0, 1);
+  // Made once: it takes longer than all else here.
+  static const auto& view =
+      *new auto(registration::ModelOf(registration::BareRoom(), registration::PoseAt(first, 0),
+                                      registration::ScanSettings(), 0, 1));
+  job.view = view;
   job.config.required_density = 2500;
   return job;
 }

@@ -66,14 +66,18 @@ class InABareRoom : public testing::Test {
                                            const parallel::Cancellation& cancelled = {}) const {
     // East and west.
     return MeasureSurfaceAccuracy(
-        *view_, stations, [](size_t, double) { return 0.0; }, 2,
+        Room(), stations, [](size_t, double) { return 0.0; }, 2,
         [](const Eigen::Vector3d& at) { return std::optional<size_t>(at.x() < 0 ? 0 : 1); }, 50'000,
         cancelled);
   }
 
+  static const model::PlanningView& Room() {
+    static const auto& room =
+        *new auto(ModelOf(BareRoom(), PoseAt({0.2, 0.1, 1.5}, 0), ScanSettings(), 0, 1));
+    return *room;
+  }
+
   const Eigen::Vector3d at_{0.2, 0.1, 1.5};
-  const std::shared_ptr<const model::PlanningView> view_ =
-      ModelOf(BareRoom(), PoseAt(at_, 0), ScanSettings(), 0, 1);
 };
 
 TEST_F(InABareRoom, OneStationGivesAllSurfaceItsOwn) {
