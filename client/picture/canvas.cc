@@ -6,9 +6,12 @@
 #include <cmath>
 #include <cstring>
 #include <numbers>
+#include <utility>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "absl/strings/string_view.h"
 
 namespace vantage::picture {
 namespace {
@@ -125,6 +128,20 @@ void Canvas::Text(const Eigen::Vector2d& at, const std::string& text, double siz
   cairo_move_to(drawing_->context, at.x() - shift, at.y());
   cairo_show_text(drawing_->context, text.c_str());
   cairo_new_path(drawing_->context);
+}
+
+std::vector<std::string> Wrapped(Canvas& canvas, const std::string& text, double size,
+                                 double width) {
+  std::vector<std::string> lines(1);
+  for (const absl::string_view word : absl::StrSplit(text, ' ')) {
+    std::string longer = absl::StrCat(lines.back(), lines.back().empty() ? "" : " ", word);
+    if (!lines.back().empty() && canvas.TextWidth(longer, size) > width) {
+      lines.emplace_back(word);
+    } else {
+      lines.back() = std::move(longer);
+    }
+  }
+  return lines;
 }
 
 double Canvas::TextWidth(const std::string& text, double size, bool bold) {

@@ -69,6 +69,10 @@ class Canvas {
   std::unique_ptr<Drawing> drawing_;
 };
 
+// `text` in lines of at most `width` pixels, broken at spaces.
+std::vector<std::string> Wrapped(Canvas& canvas, const std::string& text, double size,
+                                 double width);
+
 }  // namespace vantage::picture
 
 #endif  // VANTAGE_CLIENT_PICTURE_CANVAS_H_

@@ -20,6 +20,7 @@ constexpr double kWidth = 1900;       // pixels, at most
 constexpr double kLeastWidth = 1560;  // the width of title and legend
 constexpr double kMargin = 56;
 constexpr double kLegendHeight = 120;  // three lines
+constexpr double kFigureSize = 17;     // of the lines under the title
 constexpr double kPanelTitle = 40;
 constexpr double kPanelFoot = 48;
 constexpr double kMaxPanelHeight = 1000;
@@ -228,15 +229,23 @@ void DrawLegend(Canvas& canvas, double y, const JobPicture& plan) {
 Canvas DrawJobPicture(const JobPicture& plan) {
   const ColumnMap columns(plan.surfaces, plan.voxel_size, plan.required_density);
   const AlignedBox2d bounds = MapBounds(plan, columns);
-  const double header = 62 + 24 * static_cast<double>(plan.figures.size());
+  // The canvas is at least so wide, whatever the maps need.
+  std::vector<std::string> figures;
+  Canvas ruler(1, 1, palette::kWhite);
+  for (const std::string& figure : plan.figures) {
+    for (std::string& line : Wrapped(ruler, figure, kFigureSize, kLeastWidth - 2 * kMargin)) {
+      figures.push_back(std::move(line));
+    }
+  }
+  const double header = 62 + 24 * static_cast<double>(figures.size());
   const Layout layout = Arrange(bounds, header);
 
   Canvas canvas(static_cast<int>(layout.width), static_cast<int>(std::ceil(layout.height)),
                 palette::kWhite);
   canvas.Text({kMargin, 44}, plan.title, 27, palette::kInk, Align::kLeft, true);
   double y = 72;
-  for (const std::string& line : plan.figures) {
-    canvas.Text({kMargin, y}, line, 17, palette::kInk);
+  for (const std::string& line : figures) {
+    canvas.Text({kMargin, y}, line, kFigureSize, palette::kInk);
     y += 24;
   }
   MapPanel coverage(canvas, layout.first, bounds, layout.scale);

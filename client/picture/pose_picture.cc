@@ -10,7 +10,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "absl/strings/str_split.h"
 #include "client/picture/map_panel.h"
 #include "client/picture/palette.h"
 
@@ -421,21 +420,6 @@ void DrawSection(Canvas& canvas, MapPanel& panel, const PosePicture& picture,
   }
   canvas.Unclip();
   panel.Frame();
-}
-
-// `text` in lines of at most `width` pixels, broken at spaces.
-std::vector<std::string> Wrapped(Canvas& canvas, const std::string& text, double size,
-                                 double width) {
-  std::vector<std::string> lines(1);
-  for (const absl::string_view word : absl::StrSplit(text, ' ')) {
-    std::string longer = absl::StrCat(lines.back(), lines.back().empty() ? "" : " ", word);
-    if (!lines.back().empty() && canvas.TextWidth(longer, size) > width) {
-      lines.emplace_back(word);
-    } else {
-      lines.back() = std::move(longer);
-    }
-  }
-  return lines;
 }
 
 // `text` as far as it fits into `width` pixels.

@@ -54,7 +54,7 @@ figcaption { font-size: 8.5pt; margin-top: 1.5mm; }
 section.page { break-before: page; }
 section.page > h2:first-child, section.page > h3:first-child { margin-top: 0; }
 th:first-child { padding-left: 0; } th:last-child, td:last-child { padding-right: 0; }
-.poses td:nth-child(2) { min-width: 20mm; } .decisions td:nth-child(2) { min-width: 26mm; }
+.poses td:nth-child(2) { min-width: 20mm; } .registrations td:nth-child(3) { min-width: 44mm; } .decisions td:nth-child(2) { min-width: 26mm; }
 .decisions tbody th { white-space: nowrap; }
 @media print { body { padding: 0; } }
 svg text { font-family: inherit; fill: #111; }

@@ -110,7 +110,7 @@ Html RegistrationTable(const JobRecord& job, const std::vector<NumberedScan>& sc
                scan.merge().has_obtained_gain_m2() ? say.Area(scan.merge().obtained_gain_m2())
                                                    : "\u2013"});
   }
-  return table.Done();
+  return table.Done("registrations");
 }
 
 Html LinkTable(const JobRecord& job, const std::vector<NumberedScan>& scans, const Words& say) {

@@ -100,6 +100,13 @@ TEST(JobPicture, NarrowAndWideSitesKeepTheirProportions) {
   }
 }
 
+TEST(JobPicture, LongFiguresTakeAsManyLinesAsTheyNeed) {
+  JobPicture plan = Room();
+  const int height = DrawJobPicture(plan).height();
+  for (int i = 0; i < 40; ++i) plan.figures[0] += " and more";
+  EXPECT_EQ(DrawJobPicture(plan).height(), height + 2 * 24);
+}
+
 TEST(JobPicture, WritesAPng) {
   const std::string path = ::testing::TempDir() + "/vantage_job_picture_test.png";
   ASSERT_TRUE(WriteJobPicture(Room(), path).ok());
