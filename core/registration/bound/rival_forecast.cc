@@ -174,7 +174,8 @@ std::vector<RivalPose> RivalForecast::Rivals(std::span<const OverlapElement> ove
   const std::span<const SurfaceSample> samples(surface.samples.data(),
                                                std::min(kCompareSamples, surface.samples.size()));
   const double off = config.prior_sigma > 0 ? kSigmasOff * config.prior_sigma : kGuessOff;
-  const double reach = ReachOf(prior).shift + off;
+  // From where the search begins, the first stage leads to a twin half a metre on.
+  const double reach = ReachOf(prior).shift + off + config.max_correspondence;
   const std::vector<Shift> shifts = Shifts(search_, samples, position).Within(reach);
   if (shifts.empty()) return {};
 
