@@ -20,7 +20,7 @@ int main(int argc, char** argv) {
   config.required_density = 100;  // samples / m^2
   const auto plan =
       OrExit(planning::MakePlan(*model->Publish(), scan.scanner, config,
-                                parallel::Budget::Seconds(10), threads, [](const auto&) {}));
+                                parallel::Budget::Seconds(60), threads, [](const auto&) {}));
   std::printf("%zu views. %s\n", plan.views.size(), plan.message.c_str());
   for (const planning::RankedView& view : plan.views) {
     std::printf("(%.2f, %.2f, %.2f) m: %.1f m^2, %s\n", view.position.x(), view.position.y(),

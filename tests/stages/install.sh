@@ -21,7 +21,10 @@ declare -A packages=(
   [tidy]="git clang-14 clang-tidy-14 python3"
   [sanitizers]="git clang-14 libclang-rt-14-dev llvm-14 python3"
   [attack]="python3-grpcio haproxy openssl"
-  [package]="help2man dpkg-dev file"
+  # The wheel and its types; vantage_core, which the packages have, too; an example that plots.
+  [python]="protobuf-compiler protobuf-compiler-grpc python3-pip python3-venv python3-setuptools python3-wheel
+    python3-grpcio python3-protobuf python3-numpy python3-matplotlib mypy pybind11-dev python3-dev"
+  [package]="help2man dpkg-dev file pybind11-dev python3-dev"
   # What really runs the image, and checks what it is deployed with.
   [containers]="podman runc debootstrap haproxy openssl python3-grpcio python3-yaml"
   [deploy]="haproxy openssl docker-compose python3-yaml systemd"
@@ -155,7 +158,7 @@ install() {
       install package
       install_packages containers
       ;;
-    format | shell) install_packages "$1" ;;
+    format | shell | python) install_packages "$1" ;;
     page) install_page_packages ;;
     web)
       install_page_packages

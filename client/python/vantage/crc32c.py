@@ -6,11 +6,13 @@ from typing import List
 
 import numpy as np
 
+from vantage.arrays import Array
+
 _POLYNOMIAL = 0x82F63B78
 _LANES = 512
 
 
-def _table() -> np.ndarray:
+def _table() -> Array:
     values = np.arange(256, dtype=np.uint32)
     for _ in range(8):
         values = (values >> 1) ^ np.where(values & 1, np.uint32(_POLYNOMIAL), np.uint32(0))
@@ -27,7 +29,7 @@ def _serial(crc: int, data: bytes) -> int:
     return crc
 
 
-def _times(columns: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+def _times(columns: Array, vectors: Array) -> Array:
     """A matrix over GF(2), as its 32 columns, times vectors of 32 bits."""
     result = np.zeros_like(vectors)
     for bit in range(32):
@@ -35,7 +37,7 @@ def _times(columns: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     return result
 
 
-def _zeros(length: int) -> np.ndarray:
+def _zeros(length: int) -> Array:
     """The matrix that appends so many bytes of zero to what a checksum is of."""
     one = np.uint32(1) << np.arange(32, dtype=np.uint32)
     step = (one >> 8) ^ _TABLE[one & 255]
@@ -48,7 +50,7 @@ def _zeros(length: int) -> np.ndarray:
     return result
 
 
-_cache: "dict[int, List[np.ndarray]]" = {}
+_cache: "dict[int, List[Array]]" = {}
 
 
 def crc32c(data: bytes) -> int:

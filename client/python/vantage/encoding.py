@@ -7,6 +7,8 @@ from typing import Any, Dict, Optional
 
 import numpy as np
 
+from vantage.arrays import Array
+
 HEADER = struct.Struct("<4sHHIIdd")
 MAGIC, VERSION = b"VRIM", 1
 FULL_TURN, INTENSITY, COLOUR = 1, 2, 4
@@ -16,14 +18,14 @@ MOST_UNITS = 10_000_000
 MOST_LINES = 1 << 18
 
 
-def encode(azimuth: np.ndarray, elevation: np.ndarray, ranges: np.ndarray,
-           intensity: Optional[np.ndarray], colour: Optional[np.ndarray], full_turn: bool,
+def encode(azimuth: Array, elevation: Array, ranges: Array,
+           intensity: Optional[Array], colour: Optional[Array], full_turn: bool,
            azimuth_step: float, elevation_step: float) -> bytes:
     """Arrays as of RangeImage, which has checked them."""
     rows, columns = ranges.shape
     flags = full_turn * FULL_TURN | (intensity is not None) * INTENSITY | (colour is not None) * COLOUR
     head = HEADER.pack(MAGIC, VERSION, flags, columns, rows, azimuth_step, elevation_step)
-    by_column = ranges.T.astype(np.float64)
+    by_column = np.ascontiguousarray(ranges.T, np.float64)
     # Half away from zero, as C++'s std::round.
     units = np.floor(by_column / UNIT + 0.5).astype(np.int64)
     units = np.where(by_column > 0, np.maximum(units, 1), 0)
@@ -42,11 +44,11 @@ def encode(azimuth: np.ndarray, elevation: np.ndarray, ranges: np.ndarray,
     planes = codes.view(np.uint8).reshape(columns, rows, 4).transpose(0, 2, 1).reshape(columns, -1)
     parts = [np.ascontiguousarray(azimuth, "<f8").view(np.uint8).reshape(columns, 8), planes]
     if intensity is not None:
-        looks = np.where(measured, intensity.T, 0).astype("<u2")
+        looks = np.ascontiguousarray(np.where(measured, intensity.T, 0), "<u2")
         parts.append(looks.view(np.uint8).reshape(columns, rows, 2).transpose(0, 2, 1)
                      .reshape(columns, -1))
     if colour is not None:
-        looks = np.where(measured[..., None], colour.transpose(1, 0, 2), 0).astype(np.uint8)
+        looks = np.where(measured[..., None], colour.transpose(1, 0, 2), 0)
         parts.append(looks.transpose(0, 2, 1).reshape(columns, -1))
     return head + np.ascontiguousarray(elevation, "<f8").tobytes() + np.hstack(parts).tobytes()
 

@@ -7,6 +7,7 @@ from typing import Dict, Optional, Union
 
 import numpy as np
 
+from vantage.arrays import Array
 from vantage.v1 import geometry_pb2, plan_pb2
 
 
@@ -18,7 +19,7 @@ def pose(x: float, y: float, z: float, heading: float = 0.0) -> geometry_pb2.Pos
                              translation=geometry_pb2.Vector3(x=x, y=y, z=z))
 
 
-def pose_of(T_world_scan: np.ndarray) -> geometry_pb2.Pose:
+def pose_of(T_world_scan: Array) -> geometry_pb2.Pose:
     """(4, 4), rigid, scanner to world, m. ValueError: not rigid."""
     T = np.asarray(T_world_scan, np.float64)
     if T.shape != (4, 4) or not np.allclose(T[3], (0, 0, 0, 1)):
@@ -42,7 +43,7 @@ def pose_of(T_world_scan: np.ndarray) -> geometry_pb2.Pose:
                              translation=geometry_pb2.Vector3(x=T[0, 3], y=T[1, 3], z=T[2, 3]))
 
 
-def matrix(pose: geometry_pb2.Pose) -> np.ndarray:
+def matrix(pose: geometry_pb2.Pose) -> Array:
     """(4, 4) float64, scanner to world, m."""
     q = np.array([pose.rotation.w, pose.rotation.x, pose.rotation.y, pose.rotation.z])
     w, x, y, z = q / np.linalg.norm(q)
@@ -54,7 +55,7 @@ def matrix(pose: geometry_pb2.Pose) -> np.ndarray:
     return T
 
 
-def prior(where: Union[geometry_pb2.Pose, np.ndarray], covariance: Optional[np.ndarray] = None,
+def prior(where: Union[geometry_pb2.Pose, Array], covariance: Optional[Array] = None,
           levelled_sigma: Optional[float] = None, trusted: bool = False) -> geometry_pb2.PosePrior:
     """What is known of where a scan was made. Without a covariance it is a guess: the place is
     sought up to 1.5 m and 15 degrees from it.
@@ -74,13 +75,13 @@ def prior(where: Union[geometry_pb2.Pose, np.ndarray], covariance: Optional[np.n
     return made
 
 
-def positions(plan: plan_pb2.Plan) -> np.ndarray:
+def positions(plan: plan_pb2.Plan) -> Array:
     """(views, 3) float64, m, world: where the scanner's centre goes, the best view first."""
     return np.array([(view.position.x, view.position.y, view.position.z)
                      for view in plan.result.views]).reshape(-1, 3)
 
 
-def score_map(plan: plan_pb2.Plan) -> Dict[str, np.ndarray]:
+def score_map(plan: plan_pb2.Plan) -> Dict[str, Array]:
     """Of a full plan (PlanRun.full): `centre` (cells, 3) float64, m, world; `score`, `score_lower`
     and `score_upper` (cells,) float32, weighted samples."""
     cells = plan.result.score_map

@@ -6,17 +6,19 @@ import dataclasses
 
 import numpy as np
 
+from vantage.arrays import Array
+
 
 @dataclasses.dataclass
 class Grid:
-    azimuth: np.ndarray  # (columns,), rad, rising
-    elevation: np.ndarray  # (rows,), rad, rising
-    ranges: np.ndarray  # (rows, columns), m; 0: nothing came back
-    lines: np.ndarray  # (rows,), which line of the cloud each row is
-    shots: np.ndarray  # (columns,), which shot of a line each column is
+    azimuth: Array  # (columns,), rad, rising
+    elevation: Array  # (rows,), rad, rising
+    ranges: Array  # (rows, columns), m; 0: nothing came back
+    lines: Array  # (rows,), which line of the cloud each row is
+    shots: Array  # (columns,), which shot of a line each column is
 
 
-def grid_of(points: np.ndarray) -> Grid:
+def grid_of(points: Array) -> Grid:
     """points: (lines, shots, 3), m, scanner's frame; NaN or 0, 0, 0 where nothing came back.
 
     ValueError: they form no grid.
@@ -44,7 +46,7 @@ def grid_of(points: np.ndarray) -> Grid:
                 shots)
 
 
-def _filled(name: str, angles: np.ndarray, known: np.ndarray, turn: bool) -> np.ndarray:
+def _filled(name: str, angles: Array, known: Array, turn: bool) -> Array:
     """The angles of all lines: those of lines without a return lie between their neighbours'."""
     at = np.flatnonzero(known)
     if len(at) < 2:
@@ -67,7 +69,7 @@ def _filled(name: str, angles: np.ndarray, known: np.ndarray, turn: bool) -> np.
     return filled
 
 
-def _check(unit: np.ndarray, measured: np.ndarray, azimuth: np.ndarray, elevation: np.ndarray) -> None:
+def _check(unit: Array, measured: Array, azimuth: Array, elevation: Array) -> None:
     """Whether rays go where the grid says: within half a step, of 99 in 100."""
     flat = np.cos(elevation)
     grid = np.stack([flat[:, None] * np.cos(azimuth), flat[:, None] * np.sin(azimuth),

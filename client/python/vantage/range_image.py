@@ -9,6 +9,7 @@ from typing import Optional, Tuple
 import numpy as np
 
 from vantage import encoding, organised
+from vantage.arrays import Array
 from vantage.v1 import scanner_model_pb2
 
 NO_RETURN = np.float32(0)
@@ -25,16 +26,16 @@ class RangeImage:
     of is checked and copied; ValueError says what is wrong and what to do about it.
     """
 
-    azimuth: np.ndarray
+    azimuth: Array
     """(columns,) float64, rad, counter-clockwise from +x, strictly rising, spanning less than 2 pi."""
-    elevation: np.ndarray
+    elevation: Array
     """(rows,) float64, rad, from the horizon up, strictly rising, within [-pi/2, pi/2]."""
-    ranges: np.ndarray
+    ranges: Array
     """(rows, columns) float32, m, row 0 is the lowest; NO_RETURN or NO_INFORMATION without one.
     Whole 0.1 mm are sent, and beyond 1 km NO_RETURN."""
-    intensity: Optional[np.ndarray] = None
+    intensity: Optional[Array] = None
     """(rows, columns) uint16, 65,535 is the most, or None. Planning does not use it."""
-    colour: Optional[np.ndarray] = None
+    colour: Optional[Array] = None
     """(rows, columns, 3) uint8, red, green, blue, or None. Planning does not use it."""
     full_turn: Optional[bool] = None
     """The last column is followed by the first. None: it is, where a step closes the gap."""
@@ -85,14 +86,14 @@ class RangeImage:
             self.full_turn = bool(gap < 1.5 * steps.max())
 
     @staticmethod
-    def _appearance(name: str, given: np.ndarray, shape: Tuple[int, ...], kind: type) -> np.ndarray:
+    def _appearance(name: str, given: Array, shape: Tuple[int, ...], kind: type) -> Array:
         given = np.asarray(given)
         if given.shape != shape or given.dtype != kind:
             raise ValueError(f"{name}: {given.dtype} {given.shape}, but it is {np.dtype(kind)} {shape}")
         return given.copy()
 
     @classmethod
-    def from_points(cls, points: np.ndarray, intensity: Optional[np.ndarray] = None) -> "RangeImage":
+    def from_points(cls, points: Array, intensity: Optional[Array] = None) -> "RangeImage":
         """Of an organised cloud, in the scanner's frame.
 
         points: (lines, shots, 3), m; NaN or 0, 0, 0 where nothing came back. Lines share an
@@ -116,13 +117,13 @@ class RangeImage:
         """The image of an encoding. ValueError: it is none, or cut off."""
         return cls(**encoding.decode(data))
 
-    def directions(self) -> np.ndarray:
+    def directions(self) -> Array:
         """(rows, columns, 3) float64, unit vectors of the rays, scanner's frame."""
         flat, up = np.cos(self.elevation), np.sin(self.elevation)
         return np.stack([flat[:, None] * np.cos(self.azimuth), flat[:, None] * np.sin(self.azimuth),
                          np.broadcast_to(up[:, None], self.ranges.shape)], axis=-1)
 
-    def points(self) -> np.ndarray:
+    def points(self) -> Array:
         """(samples, 3) float64, m, scanner's frame: the cells that hold a range, row by row."""
         measured = self.ranges > 0
         return self.directions()[measured] * self.ranges[measured][:, None].astype(np.float64)

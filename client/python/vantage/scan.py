@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import List, Optional, Union
 
-import numpy as np
-
 from vantage import watch
+from vantage.arrays import Array
 from vantage.connection import Connection
 from vantage.geometry import prior as prior_of
 from vantage.v1 import (geometry_pb2, pose_comparison_pb2, scan_pb2, scan_service_pb2,
@@ -54,7 +53,7 @@ class Scan:
         return self._connection.call(scan_service_pb2.AcceptScanRequest(
             name=self.name, rival_pose=rival_pose)).scan
 
-    def set_pose(self, prior: Union[geometry_pb2.PosePrior, geometry_pb2.Pose, np.ndarray],
+    def set_pose(self, prior: Union[geometry_pb2.PosePrior, geometry_pb2.Pose, Array],
                  as_is: bool = False) -> scan_pb2.Scan:
         """Aligns it anew from there; as_is: merges it at exactly this pose."""
         given = prior if isinstance(prior, geometry_pb2.PosePrior) else prior_of(prior)

@@ -7,10 +7,10 @@ import pathlib
 import time
 from typing import Iterator, List, Optional, Sequence, Union
 
-import numpy as np
 from google.protobuf import duration_pb2
 
 from vantage import watch
+from vantage.arrays import Array
 from vantage.connection import Connection, Path
 from vantage.errors import FailedPrecondition, VantageError
 from vantage.geometry import prior as prior_of
@@ -23,7 +23,7 @@ from vantage.v1 import (event_pb2, geometry_pb2, model_service_pb2, plan_pb2, pl
                         planning_config_pb2, pose_graph_pb2, scan_pb2, scan_service_pb2,
                         scanner_model_pb2, session_pb2, session_service_pb2, upload_pb2)
 
-Prior = Union[geometry_pb2.PosePrior, geometry_pb2.Pose, np.ndarray]
+Prior = Union[geometry_pb2.PosePrior, geometry_pb2.Pose, Array]
 
 
 def _duration(seconds: float) -> duration_pb2.Duration:
@@ -162,7 +162,7 @@ class Session:
         comes twice. OutOfRange: there is no such number yet."""
         return watch.session_events(self._connection, self.name, after)
 
-    def export(self, kind: int, path: Path, scans: Sequence[str] = ()) -> int:
+    def export(self, kind: "model_service_pb2.ExportFormat", path: Path, scans: Sequence[str] = ()) -> int:
         """Writes the model to a file (vantage.v1.model_service_pb2.EXPORT_FORMAT_...); how many
         bytes. The file is there when it is whole. DataLoss: damaged on its way."""
         path = pathlib.Path(path)

@@ -20,7 +20,7 @@ from vantage.v1 import scan_pb2, scan_service_pb2, upload_pb2
 try:
     import zstandard
 except ImportError:  # pieces go as they are
-    zstandard = None  # type: ignore[assignment]
+    zstandard = None
 
 PIECE_BYTES = 256 << 10
 """Large enough to compress well, small enough to lose little when a link breaks."""
