@@ -8,6 +8,9 @@ set(CPACK_STRIP_FILES ON)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
   OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 set(CPACK_COMPONENTS_ALL server client coredev clientdev)
+if(TARGET vantage_core_python)
+  list(APPEND CPACK_COMPONENTS_ALL pythoncore)
+endif()
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 # From the libraries that the binaries load.
@@ -52,4 +55,11 @@ set(CPACK_DEBIAN_CLIENTDEV_PACKAGE_SUGGESTS vantage-server)
 set(CPACK_COMPONENT_CLIENTDEV_DESCRIPTION "planner of scanner positions, the client as a C++ library
  Calls with retries, uploads and watches that outlive their links, errors in words.
  Headers below vantage/, a static library, and vantage::client for find_package of CMake.")
+
+# Debian's Python, of one version: the module is compiled for that.
+set(CPACK_DEBIAN_PYTHONCORE_PACKAGE_NAME python3-vantage-core)
+set(CPACK_DEBIAN_PYTHONCORE_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHONCORE_PACKAGE_DEPENDS "python3 (>= 3.11), python3 (<< 3.12), python3-numpy")
+set(CPACK_COMPONENT_PYTHONCORE_DESCRIPTION "planner of scanner positions, for Python
+ Carves, registers and plans on NumPy arrays, without a server: import vantage_core.")
 include(CPack)

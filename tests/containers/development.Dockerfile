@@ -1,5 +1,5 @@
 # A bare Debian with a compiler, and the packages that programs of others are built with: first the
-# planner alone, then the client and a server to call.
+# planner alone, then the client, a server to call, and the planner for Python.
 ARG BASE
 FROM ${BASE} AS core
 RUN apt-get -q update && DEBIAN_FRONTEND=noninteractive \
@@ -9,6 +9,6 @@ RUN DEBIAN_FRONTEND=noninteractive \
     apt-get -q install -y --no-install-recommends /packages/*.deb
 
 FROM core
-COPY libvantage-client-dev_*.deb vantage-server_*.deb /packages/
+COPY libvantage-client-dev_*.deb vantage-server_*.deb python3-vantage-core_*.deb /packages/
 RUN DEBIAN_FRONTEND=noninteractive \
     apt-get -q install -y --no-install-recommends /packages/*.deb

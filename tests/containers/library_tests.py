@@ -82,6 +82,20 @@ class LibraryTest(ContainerTest):
         self.assertRegex(said, r"revision \d+: [1-9]\d* views")
         self.assertIn("m from station 1 at a bearing of", said)
         self.check_headers(container)
+        self.check_python(container)
+
+    def check_python(self, container):
+        """vantage_core of the package, with Debian's Python."""
+        said = self.shell(container, """python3 -c '
+import numpy as np, vantage_core as core
+image, scanner, pose = core.read("/room.ptx")
+model = core.Model()
+model.insert("first", image, scanner, core.level(image, scanner))
+config = core.PlanningConfig()
+config.required_density = 100
+plan = model.plan(scanner, config, work_limit_rays=2000000)
+print(len(plan.views), core.__version__)'""")
+        self.assertRegex(said, r"^[1-9]\d* \d+\.\d+\.\d+$")
 
     def check_headers(self, container):
         """Each that is public compiles alone, all of them together, and none names another's."""

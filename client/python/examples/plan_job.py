@@ -68,7 +68,7 @@ def draw(job, images, areas, plans, path):
     right.bar(range(1, len(areas) + 1), areas, color="steelblue")
     for number, area in enumerate(areas, 1):
         right.annotate(f"{area:.0f}", (number, area), ha="center", va="bottom")
-    right.set(xlabel="scans", xticks=range(1, len(areas) + 1), ylabel="surface at 400 samples / m², m²",
+    right.set(xlabel="scans", xticks=range(1, len(areas) + 1), ylabel="m² at 400 samples / m²",
               title="What they brought")
     first = images[0]
     picture = bottom.subplots()
