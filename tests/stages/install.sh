@@ -139,6 +139,8 @@ unpack_arm64() {
   for name in libblas.so libblas.so.3 liblapack.so liblapack.so.3; do
     ln -sf "atlas/$name" "$to/usr/lib/aarch64-linux-gnu/$name"
   done
+  # Ceres names what it is linked with by where it is installed.
+  sed -i "s|;/usr/lib/|;$to/usr/lib/|g" "$to"/usr/lib/*/cmake/Ceres/CeresTargets.cmake
   # What generates code runs on this machine, and gRPC's CMake package looks for it there.
   mkdir -p "$to/usr/bin"
   ln -sf /usr/bin/grpc_*_plugin "$to/usr/bin/"

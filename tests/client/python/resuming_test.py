@@ -77,7 +77,7 @@ class ResumingTest(unittest.TestCase):
                 self.image, progress=lambda p: first.append((p.acknowledged_bytes, p.sent_bytes)))
             self.assertLess(first[-1][1], self.last.total_bytes - 0.5 * kept, "goes on where it was")
             self.assertEqual(another.session("job").upload(self.image).name, scan.name)
-        self.is_whole(scan)
+        self.is_whole(self.job.scan(scan.name))
 
     def test_gives_up(self):
         client = vantage.connect(self.server.address, give_up_after=1, timeout=1)
