@@ -97,6 +97,8 @@ class JobTest(ServedTest):
         self.assertIn(decided.state, (scan_pb2.SCAN_STATE_DOUBTFUL, scan_pb2.SCAN_STATE_FAILED))
         self.assertTrue(decided.state_message)
         self.assertGreater(len(scan.compare(1000).poses), 0)
+        with self.assertRaises(errors.InvalidArgument):
+            scan.accept(rival_pose=99)
         scan.set_pose(vantage.pose(0.8, 0.5, 0, 180))
         self.assertEqual(scan.wait().state, MERGED)
         with self.assertRaises(errors.FailedPrecondition):

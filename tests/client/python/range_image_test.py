@@ -58,7 +58,7 @@ class EncodingTest(unittest.TestCase):
     def test_every_cut_is_refused(self):
         data = self.image().to_bytes()
         for cut in (b"", data[:10], data[:31], data[:-1], data + b"0"):
-            with self.assertRaises(ValueError):
+            with self.assertRaisesRegex(ValueError, "header|cut off or padded"):
                 vantage.RangeImage.from_bytes(cut)
         for at, byte in ((4, 2), (6, 0x80)):
             with self.assertRaisesRegex(ValueError, "newer"):
