@@ -3,6 +3,7 @@ what is installed alone."""
 
 import pathlib
 import re
+import time
 
 import room_scan
 from engine import FOLDER, ROOT, Container
@@ -27,8 +28,10 @@ class LibraryTest(ContainerTest):
     def container(self, target=None):
         """With the examples, a scan and a folder to build in."""
         options = () if target is None else ("--target", target)
+        began = time.monotonic()
         image = house.engine.build(f"development-{target or 'all'}", FOLDER / "development.Dockerfile",
                                    PACKAGES, options=options, BASE=house.base)
+        say(f"a Debian with the packages made in {time.monotonic() - began:.0f} s")
         container = Container(house.engine, image, "sleep", "3600")
         self.addCleanup(container.remove)
         folder = pathlib.Path(house.engine.scratch())
@@ -65,8 +68,8 @@ class LibraryTest(ContainerTest):
         for wanted, found in (("0.1", True), ("0.2", False), ("0.0", False)):
             script = ("printf 'cmake_minimum_required(VERSION 3.25)\nproject(p CXX)\n"
                       f"find_package(vantage {wanted} CONFIG REQUIRED COMPONENTS core)\n' "
-                      ">/v/CMakeLists.txt; cmake -S /v -B /v/b >/v/log 2>&1 && echo found || "
-                      "grep -o 'not$\\|compatible with requested' /v/log")
+                      ">/v/CMakeLists.txt; cmake -S /v -B /v/b -G Ninja >/v/log 2>&1 && echo found || "
+                      "grep -o 'compatible with requested' /v/log")
             self.assertEqual("found" in self.shell(container, "rm -rf /v; mkdir -p /v; " + script), found,
                              wanted)
 
