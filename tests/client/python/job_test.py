@@ -1,5 +1,6 @@
 """Jobs through a real server, and what it refuses."""
 
+import importlib.metadata
 import pathlib
 import re
 import tempfile
@@ -209,6 +210,18 @@ class ReleaseTest(unittest.TestCase):
         page = pathlib.Path(__file__).resolve().parents[3] / "CMakeLists.txt"
         version, = re.findall(r"^project\(vantage VERSION (\S+)", page.read_text(), re.M)
         self.assertEqual(vantage.__version__, version)
+
+    def test_runs_anywhere(self):
+        wheel = importlib.metadata.distribution("vantage")
+        self.assertEqual(wheel.version, vantage.__version__)
+        told = wheel.read_text("WHEEL")
+        self.assertIn("Root-Is-Purelib: true", told)
+        self.assertIn("Tag: py3-none-any", told)
+        names = [str(file) for file in wheel.files]
+        self.assertEqual([name for name in names if name.endswith((".so", ".pyd", ".dll"))], [])
+        self.assertIn("vantage/py.typed", names)
+        self.assertEqual({name.split("/")[0] for name in names if ".dist-info" not in name}, {"vantage"},
+                         "nothing under another's name")
 
 
 if __name__ == "__main__":
