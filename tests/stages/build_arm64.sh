@@ -5,8 +5,8 @@
 source "$(dirname "${BASH_SOURCE[0]}")/prelude.sh"
 "$stages/install.sh" build arm64
 sysroot=$root/build/arm64-sysroot
-(($#)) || set -- vantaged vantage vantage_core_installed vantage_client_installed core_golden_test \
-  core_bytes_test core_sensor_test core_e57_test core_registration_test core_model_snapshot_test
+(($#)) || set -- vantaged vantage vantage_core_installed vantage_client_installed core_bytes_test \
+  core_e57_test
 # pkg-config would find this machine's libraries.
 export PKG_CONFIG_SYSROOT_DIR=$sysroot
 export PKG_CONFIG_LIBDIR=$sysroot/usr/lib/aarch64-linux-gnu/pkgconfig:$sysroot/usr/share/pkgconfig
