@@ -114,7 +114,7 @@ unpack_pcl_headers() {
 # knows nothing of it, and this machine's packages stay as they are. A list of its own, since apt's is
 # of this machine's architecture.
 unpack_arm64() {
-  local to=$root/build/arm64-sysroot deb mirror name
+  local to=$root/build/arm64-sysroot deb mirror name link
   [[ -e $to/.done ]] && return
   say "unpacking the libraries for arm64 into build/arm64-sysroot"
   rm -rf "$to"
@@ -138,6 +138,10 @@ unpack_arm64() {
   # What packages do when they are installed: which BLAS and LAPACK there is.
   for name in libblas.so libblas.so.3 liblapack.so liblapack.so.3; do
     ln -sf "atlas/$name" "$to/usr/lib/aarch64-linux-gnu/$name"
+  done
+  # Links that say where something is installed lead to what was unpacked.
+  find "$to" -type l -lname '/*' | while read -r link; do
+    ln -sfnr "$to$(readlink "$link")" "$link"
   done
   # Ceres names what it is linked with by where it is installed.
   sed -i "s|;/usr/lib/|;$to/usr/lib/|g" "$to"/usr/lib/*/cmake/Ceres/CeresTargets.cmake
