@@ -21,7 +21,7 @@ for _ in $(seq 300); do
   [[ ! -S $folder/s ]] || break
   sleep 0.2
 done
-# By work, not by time: qemu takes fifty times as long.
+# By work, not by time: qemu takes tens of times as long.
 "${client[@]}" --timeout 300 simulate --scene two-rooms --step 3 --density 50 --scans 2 --work 300000 \
   --session flat --no-hints || status=1
 "${client[@]}" scan list flat | tee "$folder/scans"
