@@ -115,7 +115,9 @@ unpack_pcl_headers() {
 # of this machine's architecture.
 unpack_arm64() {
   local to=$root/build/arm64-sysroot deb mirror name link
-  [[ -e $to/.done ]] && return
+  # What is needed may have changed since.
+  local wanted="${packages[core]} ${packages[service]}"
+  [[ -e $to/.done && $(<"$to/.done") == "$wanted" ]] && return
   say "unpacking the libraries for arm64 into build/arm64-sysroot"
   rm -rf "$to"
   mkdir -p "$to/apt/lists/partial" "$to/apt/cache/archives/partial"
@@ -128,7 +130,7 @@ unpack_arm64() {
     -o Acquire::Retries=3 -o APT::Sandbox::User=root -o Debug::NoLocking=1)
   # Of those for this machine, what is a library, and headers of such.
   local libraries=()
-  for name in ${packages[core]} ${packages[service]} libc6-dev libstdc++-12-dev; do
+  for name in $wanted libc6-dev libstdc++-12-dev; do
     [[ $name == lib* || $name == *-dev ]] && libraries+=("$name")
   done
   quietly arm64-update "${apt[@]}" update
@@ -149,7 +151,7 @@ unpack_arm64() {
   mkdir -p "$to/usr/bin"
   ln -sf /usr/bin/grpc_*_plugin "$to/usr/bin/"
   rm -rf "$to/apt"
-  touch "$to/.done"
+  echo "$wanted" >"$to/.done"
 }
 
 # from_npm FOLDER PACKAGE@VERSION...: into build/FOLDER. Fails where npm cannot be had or reached.
