@@ -24,8 +24,9 @@ except ImportError as missing:
     sys.exit(f"{missing} (Debian: python3-grpcio, python3-protobuf)")
 import room_scan
 from engine import FOLDER, ROOT, Container, Failed
-from harness import (FIRST_SCAN, PACKAGES, ContainerTest, house, name_of, open_house, package, say,
+from harness import (FIRST_SCAN, PACKAGES, PARTS, ContainerTest, house, name_of, open_house, package, say,
                      state_of)
+from library_tests import LibraryTest  # noqa: F401
 from pod_tests import PodTest  # noqa: F401
 from secured_tests import ProxyTest, TlsTest  # noqa: F401, run as the others
 
@@ -404,7 +405,7 @@ class InstallTest(ContainerTest):
                            env=os.environ | {"DESTDIR": str(root)}, stdout=subprocess.DEVNULL)
             return {str(path.relative_to(root)) for path in root.rglob("*") if path.is_file()}
         packaged = set()
-        for name in ("server", "client"):
+        for name in PARTS:
             listed = subprocess.run(["dpkg-deb", "-c", package(name)], text=True, check=True,
                                     stdout=subprocess.PIPE).stdout
             packaged |= {line.split()[-1].removeprefix("./") for line in listed.splitlines()

@@ -62,11 +62,11 @@ class Engine:
         self.images.append(tag)
         return tag
 
-    def build(self, name, dockerfile, context, timeout=900, **arguments):
+    def build(self, name, dockerfile, context, timeout=900, options=(), **arguments):
         tag = self.new_image(name)
         given = [f"--build-arg={key}={value}" for key, value in arguments.items()]
         form = ["--format", "docker"] if self.name == "podman" else []
-        self.run("build", *form, "--network", "host", "-f", dockerfile, "-t", tag, *given, context,
+        self.run("build", *form, "--network", "host", "-f", dockerfile, "-t", tag, *options, *given, context,
                  timeout=timeout)
         return tag
 

@@ -17,6 +17,8 @@ from engine import FOLDER, ROOT, Engine, Failed, ServerContainer
 
 PACKAGES = os.path.abspath(os.environ.get("VANTAGE_PACKAGES", ROOT / "build" / "package"))
 BASE_AGE = 7 * 24 * 3600  # s, after which the cached base is made anew
+PARTS = {"server": "vantage-server", "client": "vantage-client", "coredev": "libvantage-core-dev",
+         "clientdev": "libvantage-client-dev", "pythoncore": "python3-vantage-core"}
 # Made when the first test needs it: the engine, a bare Debian, the server's image.
 house = types.SimpleNamespace(engine=None, base=None, image=None, refused=None)
 
@@ -26,8 +28,8 @@ def say(text):
 
 
 def package(name):
-    found = glob.glob(f"{PACKAGES}/vantage-{name}_*.deb")
-    assert len(found) == 1, f"one vantage-{name} package in {PACKAGES}, not {found}"
+    found = glob.glob(f"{PACKAGES}/{PARTS[name]}_*.deb")
+    assert len(found) == 1, f"one {PARTS[name]} package in {PACKAGES}, not {found}"
     return pathlib.Path(found[0])
 
 

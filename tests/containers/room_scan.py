@@ -60,6 +60,21 @@ def encoded(position, heading=0.0, step=1.5, noise=0.002, seed=1):
     return b"".join(out)
 
 
+def ptx(position, step=1.5):
+    """The same without noise, as a PTX file: columns from bottom to top, rays that saw nothing as 0 0 0."""
+    columns, rows = round(360 / step), int(148 / step)
+    lines = [f"{columns}\n{rows}\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1"]
+    for column in range(columns):
+        azimuth = math.radians(-180 + column * step)
+        for row in range(rows):
+            elevation = math.radians(-60 + row * step)
+            ray = (math.cos(elevation) * math.cos(azimuth),
+                   math.cos(elevation) * math.sin(azimuth), math.sin(elevation))
+            distance = range_along(position, ray)
+            lines.append(" ".join(f"{distance * part:.4f}" for part in ray) + " 0.5")
+    return "\n".join(lines) + "\n"
+
+
 def crc32c(data, _table=[]):
     """Castagnoli's, reflected."""
     if not _table:

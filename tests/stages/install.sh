@@ -21,7 +21,12 @@ declare -A packages=(
   [tidy]="git clang-14 clang-tidy-14 python3"
   [sanitizers]="git clang-14 libclang-rt-14-dev llvm-14 python3"
   [attack]="python3-grpcio haproxy openssl"
-  [package]="help2man dpkg-dev file"
+  # The wheel and its types; vantage_core, which the packages have, too; an example that plots.
+  [python]="protobuf-compiler protobuf-compiler-grpc python3-pip python3-venv python3-setuptools python3-wheel
+    python3-grpcio python3-protobuf python3-numpy python3-matplotlib mypy pybind11-dev python3-dev"
+  # 64-bit ARM: the compiler, and what runs its programs.
+  [arm64]="g++-aarch64-linux-gnu qemu-user-static"
+  [package]="help2man dpkg-dev file pybind11-dev python3-dev"
   # What really runs the image, and checks what it is deployed with.
   [containers]="podman runc debootstrap haproxy openssl python3-grpcio python3-yaml"
   [deploy]="haproxy openssl docker-compose python3-yaml systemd"
@@ -105,6 +110,50 @@ unpack_pcl_headers() {
   touch "$to/.done"
 }
 
+# What is compiled against for 64-bit ARM, into build/arm64-sysroot. It is unpacked, not installed: dpkg
+# knows nothing of it, and this machine's packages stay as they are. A list of its own, since apt's is
+# of this machine's architecture.
+unpack_arm64() {
+  local to=$root/build/arm64-sysroot deb mirror name link
+  # What is needed may have changed since.
+  local wanted="${packages[core]} ${packages[service]}"
+  [[ -e $to/.done && $(<"$to/.done") == "$wanted" ]] && return
+  say "unpacking the libraries for arm64 into build/arm64-sysroot"
+  rm -rf "$to"
+  mkdir -p "$to/apt/lists/partial" "$to/apt/cache/archives/partial"
+  : >"$to/apt/status"
+  mirror=${VANTAGE_DEBIAN_MIRROR:-http://deb.debian.org/debian}
+  echo "deb [arch=arm64] $mirror bookworm main" >"$to/apt/sources.list"
+  local apt=(apt-get -q -y -o APT::Architecture=arm64 -o APT::Architectures=arm64
+    -o Dir::State="$to/apt" -o Dir::State::status="$to/apt/status" -o Dir::Cache="$to/apt/cache"
+    -o Dir::Etc::sourcelist="$to/apt/sources.list" -o Dir::Etc::sourceparts=/dev/null
+    -o Acquire::Retries=3 -o APT::Sandbox::User=root -o Debug::NoLocking=1)
+  # Of those for this machine, what is a library, and headers of such.
+  local libraries=()
+  for name in $wanted libc6-dev libstdc++-12-dev; do
+    [[ $name == lib* || $name == *-dev ]] && libraries+=("$name")
+  done
+  quietly arm64-update "${apt[@]}" update
+  quietly arm64-download "${apt[@]}" install --download-only --no-install-recommends \
+    "${libraries[@]}"
+  for deb in "$to"/apt/cache/archives/*.deb; do dpkg-deb -x "$deb" "$to"; done
+  # What packages do when they are installed: which BLAS and LAPACK there is.
+  for name in libblas.so libblas.so.3 liblapack.so liblapack.so.3; do
+    ln -sf "atlas/$name" "$to/usr/lib/aarch64-linux-gnu/$name"
+  done
+  # Links that say where something is installed lead to what was unpacked.
+  find "$to" -type l -lname '/*' | while read -r link; do
+    ln -sfnr "$to$(readlink "$link")" "$link"
+  done
+  # Ceres names what it is linked with by where it is installed.
+  sed -i "s|;/usr/lib/|;$to/usr/lib/|g" "$to"/usr/lib/*/cmake/Ceres/CeresTargets.cmake
+  # What generates code runs on this machine, and gRPC's CMake package looks for it there.
+  mkdir -p "$to/usr/bin"
+  ln -sf /usr/bin/grpc_*_plugin "$to/usr/bin/"
+  rm -rf "$to/apt"
+  echo "$wanted" >"$to/.done"
+}
+
 # from_npm FOLDER PACKAGE@VERSION...: into build/FOLDER. Fails where npm cannot be had or reached.
 from_npm() {
   local to=build/$1 name missing=()
@@ -151,11 +200,15 @@ install() {
       install build
       install_packages "$1"
       ;;
+    arm64)
+      install_packages arm64
+      unpack_arm64
+      ;;
     containers)
       install package
       install_packages containers
       ;;
-    format | shell) install_packages "$1" ;;
+    format | shell | python) install_packages "$1" ;;
     page) install_page_packages ;;
     web)
       install_page_packages

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# package.sh [FOLDER]: Debian packages of server and client.
+# package.sh [FOLDER]: Debian packages of server, client and libraries.
 source "$(dirname "${BASH_SOURCE[0]}")/prelude.sh"
 to=${1:-build/package}
 "$stages/install.sh" package

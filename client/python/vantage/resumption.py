@@ -1,0 +1,46 @@
+"""Whether and when to go on after a link broke."""
+
+from __future__ import annotations
+
+import random
+import time
+from typing import Optional
+
+from vantage.errors import VantageError
+
+
+class Backoff:
+    """Doubles from 0.2 s to 10 s, spread by a quarter either way so that many clients do not come
+    back at the same moment."""
+
+    def __init__(self) -> None:
+        self._current = 0.2
+
+    def next(self, asked: Optional[float] = None) -> float:
+        """Seconds to wait now; at least what the server asked for."""
+        wait = max(self._current * random.uniform(0.75, 1.25), asked or 0)
+        self._current = min(2 * self._current, 10.0)
+        return wait
+
+    def reset(self) -> None:
+        """Notes a success: the next wait is the shortest again."""
+        self._current = 0.2
+
+
+class Resumption:
+    """give_up_after: s, counted from the last progress."""
+
+    def __init__(self, give_up_after: float) -> None:
+        self._give_up_after = give_up_after
+        self._backoff = Backoff()
+        self._last_progress = time.monotonic()
+
+    def progress(self) -> None:
+        self._last_progress = time.monotonic()
+        self._backoff.reset()
+
+    def after_break(self, failure: VantageError) -> None:
+        """Waits, and returns when a new attempt makes sense; else raises the failure at once."""
+        if not failure.transient or time.monotonic() - self._last_progress > self._give_up_after:
+            raise failure
+        time.sleep(self._backoff.next(failure.retry_seconds))

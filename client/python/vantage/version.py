@@ -1,0 +1,3 @@
+"""The release, which is that of the repository."""
+
+VERSION = "0.1.0"

@@ -1,0 +1,16 @@
+# Toolchain for ./dev build arm64: Debian's cross compiler, against what was unpacked into
+# VANTAGE_SYSROOT. Tests run under qemu.
+set(CMAKE_SYSTEM_NAME Linux)
+set(CMAKE_SYSTEM_PROCESSOR aarch64)
+set(CMAKE_C_COMPILER aarch64-linux-gnu-gcc)
+set(CMAKE_CXX_COMPILER aarch64-linux-gnu-g++)
+set(CMAKE_LIBRARY_ARCHITECTURE aarch64-linux-gnu)
+list(APPEND CMAKE_TRY_COMPILE_PLATFORM_VARIABLES VANTAGE_SYSROOT VANTAGE_PCL_HEADERS)
+set(CMAKE_SYSROOT ${VANTAGE_SYSROOT})
+# PCL's headers are the same for every processor.
+set(CMAKE_FIND_ROOT_PATH ${VANTAGE_PCL_HEADERS})
+set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
+set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
+set(CMAKE_CROSSCOMPILING_EMULATOR /usr/bin/qemu-aarch64-static;-L;${VANTAGE_SYSROOT})
