@@ -21,12 +21,12 @@ constexpr size_t kDistanceSamples = 500;
 // two voxels all around it, and nothing would seem to speak against a pose.
 constexpr double kNearRival = 0.6;
 constexpr double kRivalShare = 0.85;
-// But not where things that are apart (m, edge of the cubes that count as one) hold the scan against
-// the move at the best pose alone: floor and walls that it slides along explain nine tenths
+// But not where things that are apart (m, edge of the cubes that count as one) hold the scan
+// against the move at the best pose alone: floor and walls that it slides along explain nine tenths
 // anywhere, and what holds it is the rest. At the pose of a twin all but what is unique holds as
-// well; so many things that were moved alike between the scans are no accident. Of a thing's samples
-// that notice the move and fit at either pose, more than half fit at the best pose alone, and so
-// many at least: a patch of a hand's width, as samples are a twentieth of a metre apart.
+// well; so many things that were moved alike between the scans are no accident. Of a thing's
+// samples that notice the move and fit at either pose, more than half fit at the best pose alone,
+// and so many at least: a patch of a hand's width, as samples are a twentieth of a metre apart.
 constexpr double kThing = 1.0;
 constexpr int kThingsThatHold = 5;
 constexpr int kThingSamples = 4;
