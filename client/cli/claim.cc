@@ -25,6 +25,7 @@ struct ClaimTakeArguments {
   std::string plan;
   std::optional<double> heading;  // degrees
   std::optional<double> minutes;
+  bool json = false;
 };
 
 // '2.100, 0.400, 1.500 facing 90°'.
@@ -46,6 +47,10 @@ absl::StatusOr<ExitCode> RunClaimTake(Environment& environment,
   if (arguments.minutes) SetMinutes(arguments.minutes, *request.mutable_ttl());
   const auto taken = environment.client().Call(request);
   if (!taken.ok()) return taken.status();
+  if (arguments.json) {
+    std::fputs(ToJson(taken->claim()).c_str(), stdout);
+    return ExitCode::kOk;
+  }
   const v1::Claim& claim = taken->claim();
   std::printf("%s: %s is %s's until %s\n", client::IdOf(claim.name()).c_str(),
               ViewText(claim).c_str(), arguments.scanner.c_str(),
@@ -56,6 +61,7 @@ absl::StatusOr<ExitCode> RunClaimTake(Environment& environment,
 struct ClaimNameArguments {
   std::string claim;
   std::optional<double> minutes;
+  bool json = false;
 };
 
 absl::StatusOr<ExitCode> RunClaimRenew(Environment& environment,
@@ -65,6 +71,10 @@ absl::StatusOr<ExitCode> RunClaimRenew(Environment& environment,
   if (arguments.minutes) SetMinutes(arguments.minutes, *request.mutable_ttl());
   const auto renewed = environment.client().Call(request);
   if (!renewed.ok()) return renewed.status();
+  if (arguments.json) {
+    std::fputs(ToJson(renewed->claim()).c_str(), stdout);
+    return ExitCode::kOk;
+  }
   std::printf("%s holds until %s\n", client::IdOf(renewed->claim().name()).c_str(),
               Time(renewed->claim().expire_time()).c_str());
   return ExitCode::kOk;
@@ -76,6 +86,10 @@ absl::StatusOr<ExitCode> RunClaimRelease(Environment& environment,
   request.set_name(client::ClaimName(arguments.claim));
   const auto released = environment.client().Call(request);
   if (!released.ok()) return released.status();
+  if (arguments.json) {
+    std::fputs(ToJson(*released).c_str(), stdout);
+    return ExitCode::kOk;
+  }
   std::printf("%s is free again\n", client::IdOf(request.name()).c_str());
   return ExitCode::kOk;
 }
@@ -129,6 +143,7 @@ void AddClaimTake(CLI::App& parent, Environment& environment) {
         command.add_option("--heading", a.heading,
                            "Where a scanner that sees a sector will face, degrees from +x");
         command.add_option("--minutes", a.minutes, "How long it holds [30]");
+        command.add_flag("--json", a.json, "Print the answer as JSON");
       },
       RunClaimTake);
 }
@@ -139,6 +154,7 @@ void AddClaimRenew(CLI::App& parent, Environment& environment) {
       [](CLI::App& command, ClaimNameArguments& a) {
         command.add_option("CLAIM", a.claim, "JOB/CLAIM")->required();
         command.add_option("--minutes", a.minutes, "How long it holds from now [30]");
+        command.add_flag("--json", a.json, "Print the answer as JSON");
       },
       RunClaimRenew);
 }
@@ -148,6 +164,7 @@ void AddClaimRelease(CLI::App& parent, Environment& environment) {
       parent, environment, "release", "Give a claim back", "  vantage claim release flat/claim-3",
       [](CLI::App& command, ClaimNameArguments& a) {
         command.add_option("CLAIM", a.claim, "JOB/CLAIM")->required();
+        command.add_flag("--json", a.json, "Print the answer as JSON");
       },
       RunClaimRelease);
 }

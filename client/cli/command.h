@@ -6,9 +6,11 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "client/cli/server_book.h"
 #include "client/library/client.h"
 #include "vantage/v1/plan.pb.h"
 
@@ -36,14 +38,23 @@ void PrintError(const absl::Status& status);
 
 struct Environment {
   client::ClientOptions connection;
+  // Named by flag or environment; empty: the user's own, where there is one.
+  std::string client_config;
+  // By which the server was found in that file; empty: by its address.
+  std::string server_name;
   // Set by the command that was given, run after parsing.
   std::function<absl::StatusOr<ExitCode>()> action;
 
-  // Connects on first use.
-  client::Client& client() {
-    if (client_ == nullptr) client_ = std::make_unique<client::Client>(connection);
-    return *client_;
-  }
+  absl::StatusOr<ServerBook> ReadBook() const;
+  // Takes what the configuration file says of the server that is named, or is its default, where
+  // neither flag nor environment says otherwise. Before the first use of client(). `app`: the whole
+  // command line, parsed.
+  absl::Status ChooseServer(const CLI::App& app);
+  // The flags of another command to the same server, with a blank behind; empty: none are needed.
+  std::string ServerFlags() const;
+
+  // Connects on first use; shows how long it waits for a server that loads a model.
+  client::Client& client();
 
  private:
   std::unique_ptr<client::Client> client_;
@@ -113,6 +124,15 @@ void AddStudy(CLI::App& parent, Environment& environment);
 void AddHealth(CLI::App& parent, Environment& environment);
 void AddFile(CLI::App& parent, Environment& environment);
 void AddFollow(CLI::App& parent, Environment& environment);
+void AddServers(CLI::App& parent, Environment& environment);
+void AddDoctor(CLI::App& parent, Environment& environment);
+void AddCompletion(CLI::App& parent, Environment& environment);
+
+// What stands behind 'vantage completion words' for the scripts: what can be typed next, by the
+// tree of all commands, and their list: name, what it does, options, a line each.
+void PrintCompletions(CLI::App& program, Environment& environment,
+                      const std::vector<std::string>& words);
+void PrintCommands(const CLI::App& program);
 
 }  // namespace vantage::cli
 

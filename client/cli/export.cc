@@ -3,7 +3,10 @@
 #include <vector>
 
 #include "client/cli/command.h"
+#include "client/cli/completion_words.h"
 #include "client/cli/file.h"
+#include "client/cli/json.h"
+#include "client/cli/pace.h"
 #include "client/cli/report.h"
 #include "client/cli/terminal.h"
 #include "client/library/resource_names.h"
@@ -23,11 +26,18 @@ const std::map<std::string, v1::ExportFormat>& Formats() {
   return *kFormats;
 }
 
+std::vector<std::string> FormatNames() {
+  std::vector<std::string> names;
+  for (const auto& [name, format] : Formats()) names.push_back(name);
+  return names;
+}
+
 struct ExportArguments {
   std::string session;
   std::string format = "surface-ply";
   std::string output;
   std::vector<std::string> scans;
+  bool json = false;
 };
 
 absl::StatusOr<ExitCode> RunExport(Environment& environment, const ExportArguments& arguments) {
@@ -36,16 +46,25 @@ absl::StatusOr<ExitCode> RunExport(Environment& environment, const ExportArgumen
   request.set_format(Formats().at(arguments.format));
   for (const std::string& scan : arguments.scans) request.add_scans(client::ScanName(scan));
   AtomicFile file(arguments.output);
-  ProgressLine line;
+  WaitingLine line;
+  line.Show("export: the server prepares it");
+  Pace pace;
   double written = 0;
-  const auto exported = environment.client().Export(request, [&](absl::string_view bytes) {
-    written += static_cast<double>(bytes.size());
-    line.Show("export: " + Bytes(written));
-    return file.Append(bytes);
-  });
+  const auto exported = environment.client().Export(
+      request, [&](absl::string_view bytes) { return file.Append(bytes); },
+      [&](const client::ExportProgress& p) {
+        written = static_cast<double>(p.received_bytes);
+        line.Show(absl::StrCat("export: ", pace.Of(written, static_cast<double>(p.total_bytes))));
+      });
   line.Clear();
   if (!exported.ok()) return exported.status();
   if (absl::Status committed = file.Commit(); !committed.ok()) return committed;
+  if (arguments.json) {
+    PrintJson({{"file", arguments.output},
+               {"format", v1::ExportFormat_Name(request.format())},
+               {"sizeBytes", static_cast<int64_t>(written)}});
+    return ExitCode::kOk;
+  }
   std::printf("%s: %s\n", arguments.output.c_str(), Bytes(written).c_str());
   return ExitCode::kOk;
 }
@@ -66,11 +85,14 @@ void AddExport(CLI::App& parent, Environment& environment) {
             .add_option(
                 "--format", a.format,
                 "octomap, octomap-binary, surface-ply, patch-ply, scans-ply, scans-e57 or archive")
-            ->transform(CLI::IsMember(Formats(), CLI::ignore_case).description(""))
+            ->transform(CLI::IsMember(Formats(), CLI::ignore_case)
+                            .description("")
+                            .name(OneOf(FormatNames()).get_name()))
             ->capture_default_str();
         command.add_option("-o,--output", a.output, "File to write")->required();
         command.add_option("--scan", a.scans, "scans-ply, scans-e57: only these, as SESSION/SCAN")
             ->allow_extra_args(false);
+        command.add_flag("--json", a.json, "Say what was written as JSON");
       },
       RunExport);
 }

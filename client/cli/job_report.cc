@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/cli/command.h"
 #include "client/cli/file.h"
+#include "client/cli/json.h"
 #include "client/cli/report.h"
 #include "client/library/resource_names.h"
 
@@ -18,6 +19,7 @@ struct JobReportArguments {
   std::string language = "en";
   double required_coverage = 0.95;
   bool utc = false;
+  bool json = false;
 };
 
 // What this machine adds to UTC now.
@@ -52,6 +54,10 @@ absl::StatusOr<ExitCode> RunJobReport(Environment& environment,
   AtomicFile file(output);
   if (absl::Status written = file.Append(*page); !written.ok()) return written;
   if (absl::Status committed = file.Commit(); !committed.ok()) return committed;
+  if (arguments.json) {
+    PrintJson({{"file", output}, {"sizeBytes", page->size()}});
+    return ExitCode::kOk;
+  }
   std::printf("%s: %s\n", output.c_str(), Bytes(static_cast<double>(page->size())).c_str());
   return ExitCode::kOk;
 }
@@ -77,6 +83,7 @@ void AddJobReport(CLI::App& parent, Environment& environment) {
             ->capture_default_str()
             ->check(CLI::Range(0.0, 1.0));
         command.add_flag("--utc", a.utc, "Times in UTC, not as this machine tells them");
+        command.add_flag("--json", a.json, "Say what was written as JSON");
       },
       RunJobReport);
 }

@@ -4,6 +4,7 @@
 #include <google/protobuf/text_format.h>
 #include <google/protobuf/util/json_util.h>
 
+#include <cstdio>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -38,6 +39,17 @@ std::string ToJson(const Message& message, bool lines) {
   if (!google::protobuf::util::MessageToJsonString(message, &out, options).ok()) return "{}\n";
   if (out.empty() || out.back() != '\n') out += '\n';
   return out;
+}
+
+void PrintJson(const Json& value, bool lines) {
+  // Names of files need not be UTF-8.
+  const std::string text = value.dump(lines ? 1 : -1, ' ', false, Json::error_handler_t::replace);
+  std::printf("%s\n", text.c_str());
+  std::fflush(stdout);
+}
+
+void PrintAnswer(bool json, const Message& message, const std::string& text) {
+  std::fputs(json ? ToJson(message).c_str() : text.c_str(), stdout);
 }
 
 absl::Status FromJson(const std::string& text, const std::string& what, Message& message) {

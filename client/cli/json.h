@@ -4,11 +4,21 @@
 
 #include <google/protobuf/message.h>
 
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "absl/status/status.h"
 
 namespace vantage::cli {
+
+// Of what is none of the contract's messages, in the order in which it is written; its keys are
+// spelled as theirs.
+using Json = nlohmann::ordered_json;
+
+// To standard output, with a line end; `lines` puts every field on its own line.
+void PrintJson(const Json& value, bool lines = true);
+// The message where JSON was asked for, else the text, as it is.
+void PrintAnswer(bool json, const google::protobuf::Message& message, const std::string& text);
 
 // With a final line end; `lines` puts every field on its own line.
 std::string ToJson(const google::protobuf::Message& message, bool lines = true);

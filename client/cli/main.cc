@@ -53,9 +53,14 @@ int main(int argc, char** argv) {
   app.get_formatter()->column_width(34);
 
   vantage::cli::Environment environment;
-  app.add_option("--server", environment.connection.server, "Address of the server, HOST:PORT")
+  app.add_option(
+         "--server", environment.connection.server,
+         "Address of the server, HOST:PORT or unix:PATH, or its name in the configuration file")
       ->envname("VANTAGE_SERVER")
       ->capture_default_str();
+  app.add_option("--client-config", environment.client_config,
+                 "File that names servers [~/.config/vantage/config.toml]")
+      ->envname("VANTAGE_CONFIG");
   app.add_option("--tls-ca", environment.connection.tls_ca,
                  "Encrypt, and know the server by what signed its certificate (PEM file)")
       ->envname("VANTAGE_TLS_CA");
@@ -150,12 +155,34 @@ int main(int argc, char** argv) {
   vantage::cli::AddHealth(app, environment);
   vantage::cli::AddFile(app, environment);
   vantage::cli::AddFollow(app, environment);
+  vantage::cli::AddServers(app, environment);
+  vantage::cli::AddDoctor(app, environment);
+  vantage::cli::AddCompletion(app, environment);
+
+  // For scripts of shells and packages: words as they are being typed are no command line yet.
+  const std::vector<std::string> words(argv + 1, argv + argc);
+  if (words.size() >= 2 && words[0] == "completion" && words[1] == "words") {
+    vantage::cli::PrintCompletions(app, environment, {words.begin() + 2, words.end()});
+    return End(vantage::cli::ExitCode::kOk);
+  }
+  if (words.size() == 2 && words[0] == "completion" && words[1] == "commands") {
+    vantage::cli::PrintCommands(app);
+    return End(vantage::cli::ExitCode::kOk);
+  }
 
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     const int code = app.exit(error);
     return code == 0 ? 0 : static_cast<int>(vantage::cli::ExitCode::kUsage);
+  }
+  // What needs no server works with whatever its configuration says; 'servers' reads that itself.
+  if (!app.got_subcommand("file") && !app.got_subcommand("completion") &&
+      !app.got_subcommand("servers")) {
+    if (absl::Status chosen = environment.ChooseServer(app); !chosen.ok()) {
+      vantage::cli::PrintError(chosen);
+      return End(vantage::cli::ExitCodeOf(chosen));
+    }
   }
   const absl::StatusOr<vantage::cli::ExitCode> done = environment.action();
   if (done.ok()) return End(*done);

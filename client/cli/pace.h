@@ -15,6 +15,7 @@ class Pace {
   using Clock = std::chrono::steady_clock;
 
   // '210.0 MB of 495.0 MB', and once there is something to go by ', 110.0 MB/s, 3 s left'.
+  // A total of 0 is not known.
   std::string Of(double done, double total, Clock::time_point now = Clock::now());
 
  private:

@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "client/cli/command.h"
+#include "client/cli/json.h"
 #include "client/cli/picture_storey.h"
 #include "client/cli/scan_sending.h"
 #include "client/library/geometry.h"
@@ -23,6 +24,7 @@ struct PictureArguments {
   std::string session;
   std::string output;
   std::string storey;
+  bool json = false;
 };
 
 // Stations by the numbers that the page and the report give them; a scan in doubt where its last
@@ -116,6 +118,12 @@ absl::StatusOr<ExitCode> RunPicture(Environment& environment, const PictureArgum
   if (absl::Status written = picture::WriteJobPicture(picture, output); !written.ok()) {
     return written;
   }
+  if (arguments.json) {
+    Json told = {{"file", output}, {"stationCount", picture.stations.size()}};
+    if (!all) told["storey"] = storey->storey->number();
+    PrintJson(told);
+    return ExitCode::kOk;
+  }
   std::printf("%s: %d stations%s\n", output.c_str(), static_cast<int>(picture.stations.size()),
               all ? ""
                   : absl::StrCat(" of storey ", storey->storey->number(), " of ",
@@ -140,6 +148,7 @@ void AddPicture(CLI::App& parent, Environment& environment) {
         command.add_option("--storey", a.storey,
                            "By number, 0 the lowest, or by name; if there are several and none is "
                            "given, that of the last scan");
+        command.add_flag("--json", a.json, "Say what was written as JSON");
       },
       RunPicture);
 }

@@ -1,3 +1,4 @@
+#include <chrono>
 #include <cstdio>
 #include <optional>
 
@@ -65,21 +66,31 @@ absl::StatusOr<ExitCode> RunPlan(Environment& environment, const PlanArguments& 
   const auto created = client.Call(*request);
   if (!created.ok()) return created.status();
 
-  ProgressLine line;
+  WaitingLine line;
+  // A budget in rays says nothing of time.
+  const double seconds = client::SecondsOf(created->plan().time_budget());
+  std::optional<std::chrono::steady_clock::time_point> began;  // to have something to show
   const auto watched = client.WatchPlan(created->plan().name(), [&](const v1::Plan& plan) {
     const v1::PlanResult& r = plan.result();
     if (r.views_size() + r.refused_size() == 0) {
       const int ahead = plan.plans_ahead_count();
-      line.Show(ahead > 0 ? absl::StrFormat("%s, %d %s first", Word(plan.state()), ahead,
-                                            ahead == 1 ? "plan goes" : "plans go")
-                          : Word(plan.state()));
+      if (ahead > 0) {
+        line.Show(absl::StrFormat("%s, %d %s first", Word(plan.state()), ahead,
+                                  ahead == 1 ? "plan goes" : "plans go"));
+      } else {
+        line.Show(Word(plan.state()), seconds);
+      }
       return;
     }
     const v1::RankedView& best = r.views_size() > 0 ? r.views(0) : r.refused(0);
-    line.Show(absl::StrFormat("%s %s: score %.0f (%.0f..%.0f), gap %.1f %%, %.0f M rays",
+    if (!began) began = std::chrono::steady_clock::now();
+    const double left =
+        seconds - std::chrono::duration<double>(std::chrono::steady_clock::now() - *began).count();
+    line.Show(absl::StrFormat("%s %s: score %.0f (%.0f..%.0f), gap %.1f %%, %.0f M rays%s",
                               Word(plan.state()), Text(best.position()), best.score(),
                               best.score_lower(), best.score_upper(), r.optimality_gap() * 100,
-                              static_cast<double>(r.ray_count()) / 1e6));
+                              static_cast<double>(r.ray_count()) / 1e6,
+                              left > 0 ? absl::StrCat(", ", TimeLeft(left)) : ""));
   });
   line.Clear();
   if (!watched.ok()) return watched.status();

@@ -55,6 +55,7 @@ absl::StatusOr<ExitCode> RunPlansList(Environment& environment,
 
 struct PlansDeleteArguments {
   std::string plan;
+  bool json = false;
 };
 
 absl::StatusOr<ExitCode> RunPlansDelete(Environment& environment,
@@ -63,6 +64,10 @@ absl::StatusOr<ExitCode> RunPlansDelete(Environment& environment,
   request.set_name(client::PlanName(arguments.plan));
   const auto deleted = environment.client().Call(request);
   if (!deleted.ok()) return deleted.status();
+  if (arguments.json) {
+    std::fputs(ToJson(*deleted).c_str(), stdout);
+    return ExitCode::kOk;
+  }
   std::printf("%s is forgotten\n", client::IdOf(request.name()).c_str());
   return ExitCode::kOk;
 }
@@ -87,6 +92,7 @@ void AddPlansDelete(CLI::App& parent, Environment& environment) {
       "  vantage plans delete flat/plan-3",
       [](CLI::App& command, PlansDeleteArguments& a) {
         command.add_option("PLAN", a.plan, "JOB/PLAN")->required();
+        command.add_flag("--json", a.json, "Print the answer as JSON");
       },
       RunPlansDelete);
 }

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "client/cli/command.h"
+#include "client/cli/json.h"
 #include "client/cli/report.h"
 #include "client/library/geometry.h"
 #include "client/library/resource_names.h"
@@ -16,6 +17,7 @@ struct RejectArguments {
   std::optional<double> radius;
   std::string reason;
   std::optional<double> minutes;
+  bool json = false;
 };
 
 absl::StatusOr<ExitCode> RunReject(Environment& environment, const RejectArguments& arguments) {
@@ -30,6 +32,10 @@ absl::StatusOr<ExitCode> RunReject(Environment& environment, const RejectArgumen
   }
   const auto rejected = environment.client().Call(request);
   if (!rejected.ok()) return rejected.status();
+  if (arguments.json) {
+    std::fputs(ToJson(rejected->rejection()).c_str(), stdout);
+    return ExitCode::kOk;
+  }
   const v1::Rejection& rejection = rejected->rejection();
   std::printf("plans avoid %s and %s around it%s%s\n", Text(rejection.position()).c_str(),
               Length(rejection.radius_m()).c_str(), rejection.has_expire_time() ? " until " : "",
@@ -53,6 +59,7 @@ void AddReject(CLI::App& parent, Environment& environment) {
         command.add_option("--radius", a.radius, "Horizontal radius, m [0.5]");
         command.add_option("--reason", a.reason, "Why, for people");
         command.add_option("--minutes", a.minutes, "How long it stands [for good]");
+        command.add_flag("--json", a.json, "Print the answer as JSON");
       },
       RunReject);
 }

@@ -45,6 +45,7 @@ absl::StatusOr<ExitCode> RunRejectionList(Environment& environment,
 
 struct RejectionDeleteArguments {
   std::string rejection;
+  bool json = false;
 };
 
 absl::StatusOr<ExitCode> RunRejectionDelete(Environment& environment,
@@ -53,6 +54,10 @@ absl::StatusOr<ExitCode> RunRejectionDelete(Environment& environment,
   request.set_name(client::RejectionName(arguments.rejection));
   const auto deleted = environment.client().Call(request);
   if (!deleted.ok()) return deleted.status();
+  if (arguments.json) {
+    std::fputs(ToJson(*deleted).c_str(), stdout);
+    return ExitCode::kOk;
+  }
   std::printf("%s is taken back: plans may use the place again\n",
               client::IdOf(request.name()).c_str());
   return ExitCode::kOk;
@@ -77,6 +82,7 @@ void AddRejectionDelete(CLI::App& parent, Environment& environment) {
       "  vantage rejection delete flat/rejection-3",
       [](CLI::App& command, RejectionDeleteArguments& a) {
         command.add_option("REJECTION", a.rejection, "JOB/REJECTION")->required();
+        command.add_flag("--json", a.json, "Print the answer as JSON");
       },
       RunRejectionDelete);
 }

@@ -64,14 +64,17 @@ std::string StoreyOf(const v1::RankedView& view) {
                       view.floor_measured() ? "" : ", floor not measured");
 }
 
+// Where there is no floor below, the height over it is no number.
+bool FloorKnown(const v1::RankedView& view) { return std::isfinite(view.height_over_floor_m()); }
+
 void AddViews(const google::protobuf::RepeatedPtrField<v1::RankedView>& views, bool refused,
               Table& table) {
   for (int i = 0; i < views.size(); ++i) {
     const v1::RankedView& view = views[i];
     table.Add(
         {refused ? "-" : absl::StrCat(i + 1), absl::StrCat(Text(view.position()), Facing(view)),
-         absl::StrFormat("%.2f", view.height_over_floor_m()), StoreyOf(view),
-         view.exact() ? SquareMetres(view.model_gain_m2()) : "",
+         FloorKnown(view) ? absl::StrFormat("%.2f", view.height_over_floor_m()) : "-",
+         StoreyOf(view), view.exact() ? SquareMetres(view.model_gain_m2()) : "",
          absl::StrFormat("%.0f..%.0f", view.score_lower(), view.score_upper()),
          view.has_travel_distance_m() ? absl::StrFormat("%.1f", view.travel_distance_m()) : "",
          view.has_verdict() ? Word(view.verdict().outcome()) : "not checked yet",
@@ -388,11 +391,13 @@ std::string ViewReport(const v1::RankedView& view) {
         &out, "  setting    %s, %.1f minutes a scan, %.0f samples a minute with setting up\n",
         view.setting(), client::SecondsOf(view.scan_duration()) / 60, view.score_per_minute());
   }
-  absl::StrAppendFormat(&out, "  station    %.2f m over the floor, clearance %s%s\n",
-                        view.height_over_floor_m(), Length(view.clearance_m()),
-                        view.has_travel_distance_m()
-                            ? absl::StrFormat(", %.1f m to walk", view.travel_distance_m())
-                            : "");
+  absl::StrAppendFormat(
+      &out, "  station    %s, clearance %s%s\n",
+      FloorKnown(view) ? absl::StrFormat("%.2f m over the floor", view.height_over_floor_m())
+                       : "no floor is known below",
+      Length(view.clearance_m()),
+      view.has_travel_distance_m() ? absl::StrFormat(", %.1f m to walk", view.travel_distance_m())
+                                   : "");
   if (view.has_enabled_view_index()) {
     absl::StrAppendFormat(
         &out,

@@ -1,7 +1,9 @@
 #include <cstdio>
 
 #include "client/cli/command.h"
+#include "client/cli/json.h"
 #include "client/cli/report.h"
+#include "client/cli/scan_sending.h"
 #include "client/library/resource_names.h"
 
 namespace vantage::cli {
@@ -10,6 +12,7 @@ namespace {
 struct ScanAcceptArguments {
   std::string scan;
   int pose = 1;
+  bool json = false;
 };
 
 absl::StatusOr<ExitCode> RunScanAccept(Environment& environment,
@@ -19,9 +22,9 @@ absl::StatusOr<ExitCode> RunScanAccept(Environment& environment,
   request.set_rival_pose(arguments.pose - 1);
   const auto accepted = environment.client().Call(request);
   if (!accepted.ok()) return accepted.status();
-  const auto scan = environment.client().WaitForScan(request.name(), [](const v1::Scan&) {});
+  const auto scan = WaitShowing(environment, request.name());
   if (!scan.ok()) return scan.status();
-  std::fputs(ScanReport(*scan).c_str(), stdout);
+  PrintAnswer(arguments.json, *scan, ScanReport(*scan));
   return scan->state() == v1::SCAN_STATE_MERGED ? ExitCode::kOk : ExitCode::kUnwelcome;
 }
 
@@ -39,6 +42,7 @@ void AddScanAccept(CLI::App& parent, Environment& environment) {
             .add_option("--pose", a.pose,
                         "Which of the poses at which it fits; 1 is where its alignment put it [1]")
             ->check(CLI::Range(1, 100));
+        command.add_flag("--json", a.json, "Print the scan as JSON");
       },
       RunScanAccept);
 }

@@ -7,10 +7,12 @@
 #include "absl/strings/str_format.h"
 #include "client/cli/command.h"
 #include "client/cli/file_flags.h"
+#include "client/cli/json.h"
 #include "client/cli/reading_progress.h"
 #include "client/cli/table.h"
 #include "core/sensor/confined_scan_file.h"
 #include "core/sensor/imported_scan.h"
+#include "core/sensor/oddities.h"
 #include "core/sensor/scanner_model.h"
 
 namespace vantage::cli {
@@ -19,9 +21,11 @@ namespace {
 struct FileArguments {
   std::string file;
   FileFlags flags;
+  bool json = false;
 };
 
-std::string Ranges(const sensor::RangeImage& image) {
+// The least and the most of what was measured, m; 0 without a return.
+std::pair<float, float> Ranges(const sensor::RangeImage& image) {
   float least = 0;
   float most = 0;
   for (const float range : image.range) {
@@ -29,7 +33,7 @@ std::string Ranges(const sensor::RangeImage& image) {
     least = least == 0 ? range : std::min(least, range);
     most = std::max(most, range);
   }
-  return absl::StrFormat("%.2f to %.2f", least, most);
+  return {least, most};
 }
 
 // Of the scanner's axis from the vertical, as the file has it.
@@ -52,6 +56,34 @@ std::string Besides(const sensor::AppearanceKinds& appearance) {
                       appearance.colour ? "colour" : "");
 }
 
+Json SetupAsJson(size_t number, const std::string& name, const sensor::ImportedScan& scan) {
+  const sensor::RangeImage& image = scan.image;
+  const auto [least, most] = Ranges(image);
+  Json setup = {{"setup", number},
+                {"name", name},
+                {"columnCount", image.columns()},
+                {"rowCount", image.rows()},
+                {"resampled", scan.resampled},
+                {"azimuthStepRad", image.native_azimuth_step},
+                {"elevationStepRad", image.native_elevation_step},
+                {"sampleCount", image.SampleCount()},
+                {"minRangeM", least},
+                {"maxRangeM", most},
+                {"intensity", scan.appearance.intensity},
+                {"colour", scan.appearance.colour},
+                {"oddities", sensor::Oddities(scan)}};
+  if (scan.T_world_scan) {
+    Json rows = Json::array();
+    for (int row = 0; row < 4; ++row) {
+      for (int column = 0; column < 4; ++column) {
+        rows.push_back(scan.T_world_scan->matrix()(row, column));
+      }
+    }
+    setup["worldFromScan"] = std::move(rows);
+  }
+  return setup;
+}
+
 absl::StatusOr<ExitCode> RunFile(Environment&, const FileArguments& arguments) {
   const ReadingProgress reading(arguments.file);
   auto file = sensor::ConfinedScanFile::Open(arguments.file, StationOf(arguments.flags),
@@ -59,6 +91,7 @@ absl::StatusOr<ExitCode> RunFile(Environment&, const FileArguments& arguments) {
   if (!file.ok()) return file.status();
   Table table({">set-up", "name", "grid", ">step (deg)", ">returns", ">range (m)", "place (m)",
                ">tilt (deg)", "besides"});
+  Json setups = Json::array();
   bool all = true;
   for (size_t i = 0; i < file->setups().size(); ++i) {
     const auto scan = file->Read(i, LimitsOf(arguments.flags));
@@ -70,8 +103,13 @@ absl::StatusOr<ExitCode> RunFile(Environment&, const FileArguments& arguments) {
       all = false;
       continue;
     }
+    if (arguments.json) {
+      setups.push_back(SetupAsJson(i + 1, file->setups()[i], *scan));
+      continue;
+    }
     PrintOddities(absl::StrCat("set-up ", i + 1), *scan);
     const sensor::RangeImage& image = scan->image;
+    const auto [least, most] = Ranges(image);
     table.Add({absl::StrCat(i + 1), file->setups()[i],
                absl::StrFormat("%d x %d%s", image.columns(), image.rows(),
                                scan->resampled ? ", resampled" : ""),
@@ -80,9 +118,14 @@ absl::StatusOr<ExitCode> RunFile(Environment&, const FileArguments& arguments) {
                absl::StrFormat("%d (%.0f %%)", image.SampleCount(),
                                100.0 * static_cast<double>(image.SampleCount()) /
                                    static_cast<double>(image.cells())),
-               Ranges(image), Place(*scan), Tilt(*scan), Besides(scan->appearance)});
+               absl::StrFormat("%.2f to %.2f", least, most), Place(*scan), Tilt(*scan),
+               Besides(scan->appearance)});
   }
-  std::fputs(table.ToString().c_str(), stdout);
+  if (arguments.json) {
+    PrintJson({{"setups", std::move(setups)}});
+  } else {
+    std::fputs(table.ToString().c_str(), stdout);
+  }
   return all ? ExitCode::kOk : ExitCode::kRefused;
 }
 
@@ -96,6 +139,7 @@ void AddFile(CLI::App& parent, Environment& environment) {
         command.add_option("FILE", a.file, "An E57, PTX, PCD, VRIM, LAS, PLY or XYZ file")
             ->required();
         AddFileFlags(command, a.flags);
+        command.add_flag("--json", a.json, "Print it as JSON");
       },
       RunFile);
 }

@@ -9,6 +9,7 @@
 #include "client/cli/command.h"
 #include "client/cli/file_flags.h"
 #include "client/cli/mapped_file.h"
+#include "client/cli/pace.h"
 #include "client/cli/reading_progress.h"
 #include "client/cli/scan_sending.h"
 #include "client/cli/terminal.h"
@@ -47,11 +48,13 @@ absl::StatusOr<ExitCode> PushForServer(Environment& environment, const ScanPushA
         absl::StrCat(client::SessionName(arguments.flags.session), "/scans/", arguments.replaces));
   }
   ProgressLine line;
+  Pace pace;
   const auto sent = environment.client().UploadFile(
       client::SessionName(arguments.flags.session), upload, file->bytes(),
       [&](const client::UploadProgress& p) {
-        line.Show(absl::StrCat(path, ": ", p.acknowledged_bytes / 1'000'000, " of ",
-                               p.total_bytes / 1'000'000, " MB sent"));
+        line.Show(absl::StrCat(path, ": ",
+                               pace.Of(static_cast<double>(p.acknowledged_bytes),
+                                       static_cast<double>(p.total_bytes))));
       },
       [&](const v1::Upload& reading) {
         line.Show(absl::StrCat(path, ": read on the server, ", reading.scans_size(), " of ",
@@ -72,7 +75,7 @@ absl::StatusOr<ExitCode> PushForServer(Environment& environment, const ScanPushA
       if (!got.ok()) return got.status();
       scan = got->scan();
     } else {
-      scan = environment.client().WaitForScan(scan_name, [](const v1::Scan&) {});
+      scan = WaitShowing(environment, scan_name);
     }
     if (!scan.ok()) return scan.status();
     Sending sending;

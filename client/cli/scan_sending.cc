@@ -49,12 +49,47 @@ absl::Status DescribeByFlags(const SendingFlags& flags,
   return absl::OkStatus();
 }
 
-absl::StatusOr<v1::Upload> Describe(const SendingFlags& flags, const std::string& name,
-                                    const sensor::ImportedScan& scan) {
+// What the job says of the scanner: of the fleet's that made the scan, else its first. `--set
+// scanner.FIELD` and a preset are there.
+absl::StatusOr<sensor::ScannerModel> JobsScanner(Environment& environment,
+                                                 const SendingFlags& flags) {
+  v1::GetSessionRequest get;
+  get.set_name(client::SessionName(flags.session));
+  const auto session = environment.client().Call(get);
+  if (!session.ok()) return session.status();
+  std::string id;
+  if (!flags.by.empty()) {
+    v1::GetScannerRequest by;
+    by.set_name(client::ScannerName(flags.session, flags.by));
+    const auto scanner = environment.client().Call(by);
+    if (!scanner.ok()) return scanner.status();
+    id = scanner->scanner().scanner_model_id();
+  }
+  for (const v1::ScannerModel& model : session->session().scanner_models()) {
+    if (id.empty() || model.id() == id) return client::FromProto(model);
+  }
+  return sensor::ScannerModel();
+}
+
+// What a file shows is its rays; how far and how well the scanner measures, the job knows.
+sensor::ScannerModel WithRaysOf(const sensor::ScannerModel& rays, sensor::ScannerModel scanner) {
+  scanner.azimuth_span = rays.azimuth_span;
+  scanner.azimuth_step = rays.azimuth_step;
+  scanner.elevation_min = rays.elevation_min;
+  scanner.elevation_max = rays.elevation_max;
+  scanner.elevation_step = rays.elevation_step;
+  return scanner;
+}
+
+absl::StatusOr<v1::Upload> Describe(Environment& environment, const SendingFlags& flags,
+                                    const std::string& name, const sensor::ImportedScan& scan) {
   v1::Upload upload;
   upload.set_display_name(name);
   if (flags.scanner.empty()) {
-    *upload.mutable_scanner_model() = client::ToProto(scan.scanner, "from-file");
+    const auto scanner = JobsScanner(environment, flags);
+    if (!scanner.ok()) return scanner.status();
+    *upload.mutable_scanner_model() =
+        client::ToProto(WithRaysOf(scan.scanner, *scanner), "from-file");
   }
   const absl::Status described =
       DescribeByFlags(flags, flags.ignore_file_pose ? std::nullopt : scan.T_world_scan, upload);
@@ -155,7 +190,7 @@ absl::StatusOr<v1::Scan> Send(Environment& environment, const SendingFlags& flag
                    name.c_str(), 100 * scan->apart);
     }
   }
-  auto upload = Describe(flags, name, *scan);
+  auto upload = Describe(environment, flags, name, *scan);
   if (!upload.ok()) return upload.status();
   if (sending.preview) {
     sensor::RangeImage thin = sensor::Thinned(scan->image, sensor::Radians(flags.preview_step));
@@ -192,8 +227,16 @@ absl::StatusOr<v1::Scan> Send(Environment& environment, const SendingFlags& flag
     if (!got.ok()) return got.status();
     return got->scan();
   }
-  return client.WaitForScan(
-      *sent, [&](const v1::Scan& s) { line.Show(absl::StrCat(name, ": ", Word(s.state()))); });
+  line.Clear();
+  return WaitShowing(environment, *sent);
+}
+
+absl::StatusOr<v1::Scan> WaitShowing(Environment& environment, const std::string& scan) {
+  WaitingLine line;
+  return environment.client().WaitForScan(scan, [&](const v1::Scan& s) {
+    line.Show(absl::StrCat(s.display_name().empty() ? client::IdOf(scan) : s.display_name(), ": ",
+                           Word(s.state())));
+  });
 }
 
 ExitCode ReportSent(const SendingFlags& flags, const Sending& sending, const v1::Scan& scan) {

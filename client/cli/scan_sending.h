@@ -58,6 +58,9 @@ std::string NameOf(const std::string& path, const sensor::ConfinedScanFile& file
 // All scans of the job, withdrawn ones included, oldest first.
 absl::StatusOr<std::vector<v1::Scan>> ScansOf(Environment& environment, const std::string& session);
 
+// Follows a scan until it is decided, and shows meanwhile what is done with it and for how long.
+absl::StatusOr<v1::Scan> WaitShowing(Environment& environment, const std::string& scan);
+
 // Prints what became of a scan, and says what helps where that is not welcome. `whole`: it was sent
 // in place of a preview.
 ExitCode ReportSent(const SendingFlags& flags, const Sending& sending, const v1::Scan& scan);

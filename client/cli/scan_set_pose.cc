@@ -1,8 +1,10 @@
 #include <cstdio>
 
 #include "client/cli/command.h"
+#include "client/cli/json.h"
 #include "client/cli/pose_flags.h"
 #include "client/cli/report.h"
+#include "client/cli/scan_sending.h"
 #include "client/library/error.h"
 #include "client/library/geometry.h"
 #include "client/library/resource_names.h"
@@ -15,6 +17,7 @@ struct ScanSetPoseArguments {
   PoseFlags pose;
   std::string name;
   bool as_is = false;
+  bool json = false;
 };
 
 absl::StatusOr<ExitCode> RunScanSetPose(Environment& environment,
@@ -31,9 +34,9 @@ absl::StatusOr<ExitCode> RunScanSetPose(Environment& environment,
   request.set_use(arguments.as_is ? v1::POSE_USE_AS_IS : v1::POSE_USE_ALIGN);
   const auto set = environment.client().Call(request);
   if (!set.ok()) return set.status();
-  const auto scan = environment.client().WaitForScan(request.name(), [](const v1::Scan&) {});
+  const auto scan = WaitShowing(environment, request.name());
   if (!scan.ok()) return scan.status();
-  std::fputs(ScanReport(*scan).c_str(), stdout);
+  PrintAnswer(arguments.json, *scan, ScanReport(*scan));
   return scan->state() == v1::SCAN_STATE_MERGED ? ExitCode::kOk : ExitCode::kUnwelcome;
 }
 
@@ -49,6 +52,7 @@ void AddScanSetPose(CLI::App& parent, Environment& environment) {
         AddPoseFlags(command, a.pose);
         command.add_option("--name", a.name, "Which line of the --prior-file");
         command.add_flag("--as-is", a.as_is, "Merge at exactly this pose, without aligning");
+        command.add_flag("--json", a.json, "Print the scan as JSON");
       },
       RunScanSetPose);
 }

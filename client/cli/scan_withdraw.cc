@@ -1,6 +1,7 @@
 #include <cstdio>
 
 #include "client/cli/command.h"
+#include "client/cli/json.h"
 #include "client/cli/report.h"
 #include "client/library/resource_names.h"
 
@@ -9,6 +10,7 @@ namespace {
 
 struct ScanWithdrawArguments {
   std::string scan;
+  bool json = false;
 };
 
 absl::StatusOr<ExitCode> RunScanWithdraw(Environment& environment,
@@ -17,6 +19,10 @@ absl::StatusOr<ExitCode> RunScanWithdraw(Environment& environment,
   request.set_name(client::ScanName(arguments.scan));
   const auto withdrawn = environment.client().Call(request);
   if (!withdrawn.ok()) return withdrawn.status();
+  if (arguments.json) {
+    std::fputs(ToJson(*withdrawn).c_str(), stdout);
+    return ExitCode::kOk;
+  }
   std::fputs(ScanReport(withdrawn->scan()).c_str(), stdout);
   for (const std::string& name : withdrawn->dependent_scans()) {
     std::printf("  %s had been aligned with its help; 'vantage scan set-pose' aligns it again\n",
@@ -40,6 +46,7 @@ void AddScanWithdraw(CLI::App& parent, Environment& environment) {
       "  vantage scan withdraw flat/s2",
       [](CLI::App& command, ScanWithdrawArguments& a) {
         command.add_option("SCAN", a.scan, "The scan, as SESSION/SCAN")->required();
+        command.add_flag("--json", a.json, "Print the answer as JSON");
       },
       RunScanWithdraw);
 }

@@ -28,6 +28,7 @@ struct ScannerArguments {
   std::optional<double> speed;
   std::optional<double> scan_seconds;
   std::vector<std::vector<double>> reach;
+  bool json = false;
 };
 
 // What the options say of a scanner.
@@ -55,6 +56,10 @@ absl::StatusOr<ExitCode> RunScannerAdd(Environment& environment,
   *request.mutable_scanner() = Described(arguments);
   const auto added = environment.client().Call(request);
   if (!added.ok()) return added.status();
+  if (arguments.json) {
+    std::fputs(ToJson(added->scanner()).c_str(), stdout);
+    return ExitCode::kOk;
+  }
   std::printf("%s joins, model %s, %.1f m/s, %.0f s a scan\n",
               client::IdOf(added->scanner().name()).c_str(),
               added->scanner().scanner_model_id().c_str(), added->scanner().speed_m_per_s(),
@@ -82,6 +87,10 @@ absl::StatusOr<ExitCode> RunScannerUpdate(Environment& environment,
   }
   const auto updated = environment.client().Call(request);
   if (!updated.ok()) return updated.status();
+  if (arguments.json) {
+    std::fputs(ToJson(updated->scanner()).c_str(), stdout);
+    return ExitCode::kOk;
+  }
   std::printf("%s: model %s, %.1f m/s, %.0f s a scan\n",
               client::IdOf(updated->scanner().name()).c_str(),
               updated->scanner().scanner_model_id().c_str(), updated->scanner().speed_m_per_s(),
@@ -92,6 +101,7 @@ absl::StatusOr<ExitCode> RunScannerUpdate(Environment& environment,
 struct ScannerDeleteArguments {
   std::string session;
   std::string id;
+  bool json = false;
 };
 
 absl::StatusOr<ExitCode> RunScannerDelete(Environment& environment,
@@ -100,6 +110,10 @@ absl::StatusOr<ExitCode> RunScannerDelete(Environment& environment,
   request.set_name(client::ScannerName(arguments.session, arguments.id));
   const auto deleted = environment.client().Call(request);
   if (!deleted.ok()) return deleted.status();
+  if (arguments.json) {
+    std::fputs(ToJson(*deleted).c_str(), stdout);
+    return ExitCode::kOk;
+  }
   std::printf("%s has left; its scans stay\n", client::IdOf(request.name()).c_str());
   return ExitCode::kOk;
 }
@@ -140,9 +154,37 @@ absl::StatusOr<ExitCode> RunScannerList(Environment& environment,
   return ExitCode::kOk;
 }
 
-struct ScannerPresetsArguments {};
+struct ScannerPresetsArguments {
+  bool json = false;
+};
 
-absl::StatusOr<ExitCode> RunScannerPresets(Environment&, const ScannerPresetsArguments&) {
+Json PresetsAsJson() {
+  Json all = Json::array();
+  for (const sensor::Preset& preset : sensor::Presets()) {
+    Json one = {{"preset", preset.name},
+                {"title", preset.title},
+                {"minElevationRad", preset.model.elevation_min},
+                {"maxElevationRad", preset.model.elevation_max},
+                {"minRangeM", preset.model.range_min},
+                {"maxRangeM", preset.model.range_max},
+                {"rangeSigmaAt10M", preset.model.RangeSigma(10)},
+                {"source", preset.source},
+                {"usualSetting", preset.settings[preset.usual].name},
+                {"settings", Json::array()}};
+    for (const sensor::ScanSetting& setting : preset.settings) {
+      one["settings"].push_back(
+          {{"name", setting.name}, {"stepRad", setting.step}, {"minutes", setting.minutes}});
+    }
+    all.push_back(std::move(one));
+  }
+  return {{"presets", std::move(all)}};
+}
+
+absl::StatusOr<ExitCode> RunScannerPresets(Environment&, const ScannerPresetsArguments& arguments) {
+  if (arguments.json) {
+    PrintJson(PresetsAsJson());
+    return ExitCode::kOk;
+  }
   Table table({"preset", "instrument", "settings (spacing at 10 m, minutes)", ">elevation",
                ">range, m", ">noise at 10 m", "document"});
   for (const sensor::Preset& preset : sensor::Presets()) {
@@ -178,6 +220,7 @@ void AddDescription(CLI::App& command, ScannerArguments& a) {
       ->delimiter(',')
       ->expected(6)
       ->allow_extra_args(false);
+  command.add_flag("--json", a.json, "Print the scanner as JSON");
 }
 
 }  // namespace
@@ -186,7 +229,10 @@ void AddScannerPresets(CLI::App& parent, Environment& environment) {
   AddCommand<ScannerPresetsArguments>(
       parent, environment, "presets", "List the instruments whose figures are known",
       "  vantage scanner presets\n  vantage session create flat --preset leica-rtc360",
-      [](CLI::App&, ScannerPresetsArguments&) {}, RunScannerPresets);
+      [](CLI::App& command, ScannerPresetsArguments& a) {
+        command.add_flag("--json", a.json, "Print them as JSON");
+      },
+      RunScannerPresets);
 }
 
 void AddScannerAdd(CLI::App& parent, Environment& environment) {
@@ -222,6 +268,7 @@ void AddScannerDelete(CLI::App& parent, Environment& environment) {
       [](CLI::App& command, ScannerDeleteArguments& a) {
         command.add_option("SESSION", a.session, "The job")->required();
         command.add_option("SCANNER", a.id, "The scanner")->required();
+        command.add_flag("--json", a.json, "Print the answer as JSON");
       },
       RunScannerDelete);
 }

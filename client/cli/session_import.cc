@@ -7,7 +7,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/cli/command.h"
-#include "client/cli/reading_progress.h"
+#include "client/cli/json.h"
+#include "client/cli/pace.h"
+#include "client/cli/terminal.h"
 #include "client/library/error.h"
 #include "client/library/resource_names.h"
 
@@ -17,6 +19,7 @@ namespace {
 struct SessionImportArguments {
   std::string file;
   std::string as;
+  bool json = false;
 };
 
 absl::StatusOr<ExitCode> RunSessionImport(Environment& environment,
@@ -33,8 +36,8 @@ absl::StatusOr<ExitCode> RunSessionImport(Environment& environment,
     return client::WithFix(absl::InvalidArgumentError(absl::StrCat(arguments.file, " is empty")),
                            "name a file that 'vantage export --format archive' wrote");
   }
-  const ReadingProgress line(arguments.file);
-  const auto progress = line.Watch();
+  ProgressLine line;
+  Pace pace;
   const auto imported = environment.client().Import(
       arguments.as, size,
       [&](int64_t offset) -> absl::StatusOr<std::string> {
@@ -45,9 +48,16 @@ absl::StatusOr<ExitCode> RunSessionImport(Environment& environment,
         }
         return bytes;
       },
-      [&](int64_t sent) { progress(static_cast<uint64_t>(sent), static_cast<uint64_t>(size)); });
+      [&](int64_t sent) {
+        line.Show(absl::StrCat("sending ", arguments.file, ": ",
+                               pace.Of(static_cast<double>(sent), static_cast<double>(size))));
+      });
   line.Clear();
   if (!imported.ok()) return imported.status();
+  if (arguments.json) {
+    std::fputs(ToJson(*imported).c_str(), stdout);
+    return ExitCode::kOk;
+  }
   const v1::ScanCounts& scans = imported->scan_counts();
   std::printf("%s is here, with %d scans; its model is made anew from them\n",
               client::IdOf(imported->name()).c_str(),
@@ -67,6 +77,7 @@ void AddSessionImport(CLI::App& parent, Environment& environment) {
       [](CLI::App& command, SessionImportArguments& a) {
         command.add_option("FILE", a.file, "The archive")->required();
         command.add_option("--as", a.as, "The job's id here [as it was]");
+        command.add_flag("--json", a.json, "Print the session as JSON");
       },
       RunSessionImport);
 }

@@ -1,6 +1,7 @@
 #include <cstdio>
 
 #include "client/cli/command.h"
+#include "client/cli/json.h"
 #include "client/cli/report.h"
 #include "client/cli/session_settings.h"
 #include "client/library/error.h"
@@ -12,6 +13,7 @@ namespace {
 struct SessionUpdateArguments {
   std::string session;
   SessionSettings settings;
+  bool json = false;
 };
 
 absl::StatusOr<ExitCode> RunSessionUpdate(Environment& environment,
@@ -31,7 +33,7 @@ absl::StatusOr<ExitCode> RunSessionUpdate(Environment& environment,
   for (const std::string& path : *paths) request.mutable_update_mask()->add_paths(path);
   const auto updated = environment.client().Call(request);
   if (!updated.ok()) return updated.status();
-  std::fputs(SessionReport(updated->session()).c_str(), stdout);
+  PrintAnswer(arguments.json, updated->session(), SessionReport(updated->session()));
   return ExitCode::kOk;
 }
 
@@ -46,6 +48,7 @@ void AddSessionUpdate(CLI::App& parent, Environment& environment) {
       [](CLI::App& command, SessionUpdateArguments& a) {
         command.add_option("SESSION", a.session, "The job")->required();
         AddSettings(command, a.settings);
+        command.add_flag("--json", a.json, "Print the session as JSON");
       },
       RunSessionUpdate);
 }

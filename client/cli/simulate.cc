@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <map>
@@ -10,7 +12,10 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "client/cli/command.h"
+#include "client/cli/completion_words.h"
+#include "client/cli/file.h"
 #include "client/cli/file_flags.h"
+#include "client/cli/json.h"
 #include "client/cli/report.h"
 #include "client/cli/simulate_fleet.h"
 #include "client/cli/table.h"
@@ -20,8 +25,11 @@
 #include "client/library/resource_names.h"
 #include "client/picture/palette.h"
 #include "client/simulated_job/cycle_picture.h"
+#include "client/simulated_job/oracle_route.h"
 #include "client/simulated_job/simulated_fleet.h"
 #include "client/simulated_job/simulated_job.h"
+#include "client/simulated_job/walk_map.h"
+#include "client/study/job_page.h"
 #include "core/parallel/thread_pool.h"
 #include "core/sensor/presets.h"
 
@@ -31,6 +39,10 @@ namespace {
 constexpr int kFleetScans = 200;  // of all scanners, at most
 
 constexpr double kOfficeArea = 250;  // m^2
+
+constexpr int kUntilDoneScans = 100;
+constexpr uint64_t kLastPlanFactor = 10;        // of a plan's work, where that is limited
+constexpr uint64_t kLastPlanWork = 40'000'000;  // rays: enough to look at a flat's views
 
 constexpr double kPreview = 0.25;  // degrees between the rays of a preset's scans
 
@@ -46,6 +58,12 @@ const std::map<std::string, simulated_job::SceneKind>& Scenes() {
       {"street", simulated_job::SceneKind::kStreet},
       {"slope", simulated_job::SceneKind::kSlope}};
   return *kScenes;
+}
+
+std::vector<std::string> SceneNames() {
+  std::vector<std::string> names;
+  for (const auto& [name, kind] : Scenes()) names.push_back(name);
+  return names;
 }
 
 struct SimulateArguments {
@@ -76,6 +94,12 @@ struct SimulateArguments {
   std::optional<uint64_t> work;
   bool no_noise = false;
   bool no_hints = false;
+  bool json = false;
+  bool oracle = false;
+  bool until_done = false;
+  std::optional<double> worth;  // m^2
+  std::string compare;          // file that --oracle --json wrote
+  std::string page_link;        // on the page
 };
 
 // The columns of the report; widths are fixed, since rows come one by one.
@@ -133,6 +157,11 @@ std::string Header() {
   return Row(names);
 }
 
+std::string Aligned(const simulated_job::Cycle& cycle) {
+  if (cycle.number == 1) return "first";
+  return cycle.merged ? Word(cycle.scan.registration().verdict().outcome()) : "lost";
+}
+
 std::string CycleRow(const simulated_job::Cycle& cycle) {
   const v1::PlanResult& plan = cycle.plan.result();
   const v1::Registration& registration = cycle.scan.registration();
@@ -140,9 +169,7 @@ std::string CycleRow(const simulated_job::Cycle& cycle) {
   std::vector<std::string> cells = {
       absl::StrCat(cycle.number),
       absl::StrFormat("%.2f, %.2f, %.2f", cycle.planned.x(), cycle.planned.y(), cycle.planned.z()),
-      first           ? "first"
-      : !cycle.merged ? "lost"
-                      : Word(registration.verdict().outcome()),
+      Aligned(cycle),
       first ? "" : Length(registration.verdict().error_bound_m()),
       cycle.merged && !first ? Length(cycle.off_metres) : "",
       plan.coverage().has_estimated_coverage()
@@ -220,6 +247,11 @@ absl::StatusOr<simulated_job::JobOptions> OptionsFrom(const SimulateArguments& a
   options.heading_error = sensor::Radians(arguments.heading_error);
   options.tilt = sensor::Radians(arguments.tilt);
   options.plan_work = arguments.work;
+  if (arguments.worth) options.plan_overrides.set_terminate_below_m2(*arguments.worth);
+  if (arguments.until_done) {
+    options.last_plan_work = arguments.work ? kLastPlanFactor * *arguments.work : kLastPlanWork;
+    options.max_scans = arguments.scans.value_or(kUntilDoneScans);
+  }
   options.full_plans = !arguments.pictures.empty() && !arguments.scanners;
   if (arguments.no_noise) options.faults = simulation::ScanFaults::None();
   return options;
@@ -239,11 +271,9 @@ std::string Instrument(const simulated_job::JobOptions& options) {
 // Suggests the next commands to a new user.
 void PrintHints(const Environment& environment, const SimulateArguments& arguments,
                 const std::string& session) {
-  if (arguments.no_hints) return;
+  if (arguments.no_hints || arguments.json) return;
   const std::string id = client::IdOf(session);
-  const std::string server = environment.connection.server == client::ClientOptions().server
-                                 ? ""
-                                 : "--server " + environment.connection.server + " ";
+  const std::string server = environment.ServerFlags();
   std::printf(
       "Try next:\n"
       "  vantage %sscan list %s\n"
@@ -252,6 +282,187 @@ void PrintHints(const Environment& environment, const SimulateArguments& argumen
       "  vantage %ssimulate --scene flat --seed %llu --pictures another\n",
       server.c_str(), id.c_str(), server.c_str(), id.c_str(), server.c_str(), id.c_str(),
       id.c_str(), server.c_str(), static_cast<unsigned long long>(arguments.seed + 1));
+}
+
+// As in a study: what a scan costs a crew on site.
+constexpr double kWalkingSpeed = 0.5;  // m/s, with the tripod
+constexpr double kSetUpMinutes = 1;
+
+double ScanMinutes(const simulated_job::JobOptions& options) {
+  constexpr double kOfNoMake = 2;
+  if (options.preset.empty()) return kOfNoMake;
+  const auto preset = sensor::FindPreset(options.preset);
+  if (!preset.ok()) return kOfNoMake;
+  const auto setting = preset->Setting(options.setting);
+  return setting.ok() ? setting->minutes : kOfNoMake;
+}
+
+// Tells a simulated job as it goes: a row for each scan, or a line of JSON, and what the page is
+// made of.
+class Telling {
+ public:
+  Telling(const simulated_job::Site& site, const simulated_job::JobOptions& options, bool json,
+          const std::string& pictures)
+      : tracer_(site.mesh),
+        walks_(tracer_, site),
+        scan_minutes_(ScanMinutes(options)),
+        json_(json),
+        pictures_(pictures) {}
+
+  void Hear(const simulated_job::Cycle& cycle) {
+    minutes_ += kSetUpMinutes + scan_minutes_;
+    if (stood_) minutes_ += walks_.Distance(*stood_, cycle.at) / kWalkingSpeed / 60;
+    stood_ = cycle.at;
+    for (const simulated_job::TriedPlace& tried : cycle.tried) {
+      if (!tried.free) minutes_ += simulated_job::kNoFreeSpotMinutes;
+    }
+    study::JobPage::Scan scan;
+    scan.number = cycle.number;
+    scan.position = absl::StrFormat("%.2f, %.2f, %.2f", cycle.planned.x(), cycle.planned.y(),
+                                    cycle.planned.z());
+    scan.aligned = Aligned(cycle);
+    scan.minutes = minutes_;
+    scan.attained = cycle.truth.attained_share();
+    // No plan follows a scan that came late.
+    if (cycle.plan.result().coverage().has_estimated_coverage()) {
+      scan.estimated = cycle.plan.result().coverage().estimated_coverage();
+    }
+    if (!pictures_.empty()) scan.picture = PictureName(cycle.number);
+    scans_.push_back(scan);
+    if (json_) {
+      PrintJson(AsJson(cycle), false);
+      return;
+    }
+    std::fputs(CycleRow(cycle).c_str(), stdout);
+    for (const std::string& note : cycle.notes) std::printf("      %s\n", note.c_str());
+    std::fflush(stdout);
+  }
+
+  static std::string PictureName(int number) { return absl::StrFormat("cycle-%02d.png", number); }
+
+  double minutes() const { return minutes_; }
+  const std::vector<study::JobPage::Scan>& scans() const { return scans_; }
+
+ private:
+  Json AsJson(const simulated_job::Cycle& cycle) const {
+    const v1::PlanResult& plan = cycle.plan.result();
+    Json row = {{"scan", cycle.number},
+                {"position", {cycle.planned.x(), cycle.planned.y(), cycle.planned.z()}},
+                {"aligned", Aligned(cycle)},
+                {"minutes", minutes_},
+                {"attainedShare", cycle.truth.attained_share()},
+                {"atDensityShare", cycle.truth.at_density_share()},
+                {"seenShare", cycle.truth.seen_share()}};
+    if (cycle.merged && cycle.number > 1) {
+      row["errorBoundM"] = cycle.scan.registration().verdict().error_bound_m();
+      row["offM"] = cycle.off_metres;
+    }
+    if (plan.coverage().has_estimated_coverage()) {
+      row["estimatedCoverage"] = plan.coverage().estimated_coverage();
+    }
+    if (!plan.views().empty()) {
+      const v1::RankedView& next = plan.views(0);
+      row["next"] = {{"position", {next.position().x(), next.position().y(), next.position().z()}},
+                     {"expectedGainM2", next.expected_gain_m2()},
+                     {"scoreLower", next.score_lower()},
+                     {"scoreUpper", next.score_upper()}};
+    }
+    row["notes"] = cycle.notes;
+    return row;
+  }
+
+  simulation::SimulatedScanner tracer_;
+  simulated_job::WalkMap walks_;
+  const double scan_minutes_;
+  const bool json_;
+  const std::string pictures_;
+  double minutes_ = 0;                    // on site
+  std::optional<Eigen::Vector3d> stood_;  // m, scene frame
+  std::vector<study::JobPage::Scan> scans_;
+};
+
+// What the job is of, so that an oracle's curve is only drawn beside a job that it is the oracle
+// of.
+Json Identity(const simulated_job::Site& site, const simulated_job::JobOptions& options) {
+  return {{"site", site.name},
+          {"start", {site.start.x(), site.start.y(), site.start.z()}},
+          {"instrument", Instrument(options)},
+          {"requiredDensityPerM2", options.required_density}};
+}
+
+// The share attained after each scan, in a file that `--oracle` wrote; nothing, which is said,
+// where it is another job's.
+absl::StatusOr<std::vector<double>> ReadOracle(const std::string& path, const Json& identity) {
+  const auto text = ReadFile(path);
+  if (!text.ok()) return text.status();
+  const Json read = Json::parse(*text, nullptr, false);
+  const auto refused = [&](const char* what) {
+    return client::WithFix(absl::InvalidArgumentError(absl::StrCat(path, " ", what)),
+                           "write it anew with 'vantage simulate --oracle --json'");
+  };
+  if (!read.is_object() || !read.contains("job") || !read.contains("attainedShares") ||
+      !read["attainedShares"].is_array()) {
+    return refused("is not what '--oracle --json' writes");
+  }
+  if (read["job"] != identity) {
+    std::fprintf(stderr, "%s is the oracle of another job, and is not shown\n", path.c_str());
+    return std::vector<double>();
+  }
+  std::vector<double> shares;
+  for (const Json& share : read["attainedShares"]) {
+    if (!share.is_number()) return refused("has a share that is no number");
+    shares.push_back(share.get<double>());
+  }
+  return shares;
+}
+
+// Follows who knows the scene, without a server.
+absl::StatusOr<ExitCode> RunOracle(const SimulateArguments& arguments,
+                                   const simulated_job::Site& site,
+                                   const simulated_job::JobOptions& options,
+                                   parallel::Parallel& parallel) {
+  WaitingLine line(30);
+  line.Show("measuring what can be attained");
+  Json shares = Json::array();
+  const absl::Status followed = simulated_job::FollowOracle(
+      site, options, parallel, [&](const simulated_job::OracleScan& scan) {
+        shares.push_back(std::round(1e4 * scan.truth.attained_share()) / 1e4);
+        line.Clear();
+        if (!arguments.json) {
+          std::printf(
+              "%4d  %20s  attained %5.1f %%  brought %6.1f m\u00b2\n", scan.number,
+              absl::StrFormat("%.2f, %.2f, %.2f", scan.at.x(), scan.at.y(), scan.at.z()).c_str(),
+              100 * scan.truth.attained_share(), scan.gain);
+          std::fflush(stdout);
+        }
+        line.Show(absl::StrFormat("looking for the truly best place for scan %d", scan.number + 1));
+      });
+  line.Clear();
+  if (!followed.ok()) return followed;
+  if (arguments.json) {
+    PrintJson({{"job", Identity(site, options)}, {"attainedShares", std::move(shares)}});
+  }
+  return ExitCode::kOk;
+}
+
+// What was reached and in how long, a sentence each.
+std::vector<std::string> Reached(const Telling& telling, const simulated_job::JobResult& result,
+                                 double seconds) {
+  std::vector<std::string> facts;
+  if (!telling.scans().empty()) {
+    const study::JobPage::Scan& last = telling.scans().back();
+    facts.push_back(absl::StrFormat(
+        "Reached: %.1f %% of the surface that can be measured at density is%s.",
+        100 * last.attained,
+        last.estimated
+            ? absl::StrFormat("; the planner takes it for %.1f %%", 100 * *last.estimated)
+            : ""));
+  }
+  facts.push_back(absl::StrFormat(
+      "In: %d scans, %d lost; %.0f minutes on site (walking, setting up, scanning), simulated in "
+      "%.0f s.",
+      result.made, result.lost, telling.minutes(), seconds));
+  return facts;
 }
 
 absl::StatusOr<ExitCode> RunSimulate(Environment& environment, const SimulateArguments& arguments) {
@@ -267,9 +478,15 @@ absl::StatusOr<ExitCode> RunSimulate(Environment& environment, const SimulateArg
   }
   client::Client& client = environment.client();
   // Checks that there is a server before the scene is built.
-  if (const auto health = client.CheckHealth(""); !health.ok()) return health.status();
+  if (!arguments.oracle) {
+    if (const auto health = client.CheckHealth(""); !health.ok()) return health.status();
+  }
 
-  ProgressLine line(30);
+  const auto began = std::chrono::steady_clock::now();
+  const auto seconds = [&] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  };
+  WaitingLine line(30);
   line.Show("building the scene");
   const auto site = ChooseSite(arguments);
   if (!site.ok()) return site.status();
@@ -277,6 +494,10 @@ absl::StatusOr<ExitCode> RunSimulate(Environment& environment, const SimulateArg
   if (!chosen.ok()) return chosen.status();
   const simulated_job::JobOptions& options = *chosen;
   parallel::ThreadPool pool(static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
+  if (arguments.oracle) {
+    line.Clear();
+    return RunOracle(arguments, *site, options, pool);
+  }
   if (arguments.scanners) {
     line.Clear();
     simulated_job::FleetOptions fleet;
@@ -285,42 +506,93 @@ absl::StatusOr<ExitCode> RunSimulate(Environment& environment, const SimulateArg
     fleet.claims = !arguments.independent;
     fleet.speed = arguments.speed;
     fleet.scan_seconds = arguments.scan_seconds;
-    const auto result = SimulateFleet(client, *site, fleet, arguments.pictures, pool);
+    const auto result =
+        SimulateFleet(client, *site, fleet, arguments.pictures, arguments.json, pool);
     if (!result.ok()) return result.status();
     PrintHints(environment, arguments, result->session);
     return ExitCode::kOk;
   }
   line.Show("measuring what can be attained");
   simulated_job::SimulatedJob job(client, *site, options, pool);
-  job.OnActivity([&](const std::string& what) { line.Show(what); });
+  Telling telling(*site, options, arguments.json, arguments.pictures);
+  std::vector<double> oracle;
+  if (!arguments.compare.empty()) {
+    auto read = ReadOracle(arguments.compare, Identity(*site, options));
+    if (!read.ok()) return read.status();
+    oracle = *std::move(read);
+  }
+  double begun = 0;  // s, with the first scan
+  job.OnActivity([&](const std::string& what) {
+    const size_t made = telling.scans().size();
+    if (begun == 0) begun = seconds();
+    if (made == 0) return line.Show(what);
+    const double each = (seconds() - begun) / static_cast<double>(made);
+    line.Show(absl::StrFormat(
+        "%s; %.1f s a scan%s", what, each,
+        // When the planner says that it is enough, nobody knows before.
+        arguments.until_done
+            ? ""
+            : absl::StrCat(", at most ",
+                           TimeLeft(each * (options.max_scans - static_cast<double>(made))))));
+  });
   line.Clear();
-  std::printf(
-      "%s, seed %llu: %s steps over %.0f\u00b0, %.0f samples/m\u00b2 wanted, noise %s, "
-      "positioning error %s, heading error %.0f\u00b0\n%s\n%s",
-      site->name.c_str(), static_cast<unsigned long long>(arguments.seed),
-      Instrument(options).c_str(), sensor::Degrees(options.scanner.azimuth_span),
-      options.required_density, Length(options.scanner.range_noise).c_str(),
-      Length(options.scanner.positioning_error).c_str(), arguments.heading_error, kLegend,
-      Header().c_str());
+  if (!arguments.json)
+    std::printf(
+        "%s, seed %llu: %s steps over %.0f\u00b0, %.0f samples/m\u00b2 wanted, noise %s, "
+        "positioning error %s, heading error %.0f\u00b0\n%s\n%s",
+        site->name.c_str(), static_cast<unsigned long long>(arguments.seed),
+        Instrument(options).c_str(), sensor::Degrees(options.scanner.azimuth_span),
+        options.required_density, Length(options.scanner.range_noise).c_str(),
+        Length(options.scanner.positioning_error).c_str(), arguments.heading_error, kLegend,
+        Header().c_str());
   std::fflush(stdout);
 
   std::vector<picture::JobPicture::Station> stations;
   const auto result = job.Run([&](const simulated_job::Cycle& cycle) -> absl::Status {
     line.Clear();
-    std::fputs(CycleRow(cycle).c_str(), stdout);
-    for (const std::string& note : cycle.notes) std::printf("      %s\n", note.c_str());
-    std::fflush(stdout);
+    telling.Hear(cycle);
     stations.push_back({cycle.number, cycle.planned.head<2>(), cycle.merged});
     if (arguments.pictures.empty()) return absl::OkStatus();
     return simulated_job::WriteCyclePicture(
         client, client::SessionOf(cycle.scan.name()), *site, cycle, stations,
-        absl::StrFormat("%s/cycle-%02d.png", arguments.pictures, cycle.number));
+        absl::StrCat(arguments.pictures, "/", Telling::PictureName(cycle.number)));
   });
   line.Clear();
   if (!result.ok()) return result.status();
-  std::printf("\n%s\n%d scans made, %d lost.\n", result->why.c_str(), result->made, result->lost);
+  const std::vector<std::string> reached = Reached(telling, *result, seconds());
   if (!arguments.pictures.empty()) {
-    std::printf("Pictures, one per scan: %s/cycle-*.png\n", arguments.pictures.c_str());
+    study::JobPage page;
+    page.title = absl::StrCat(site->name, " with ",
+                              options.preset.empty() ? Instrument(options) : options.preset);
+    page.facts = {absl::StrCat("Ended: ", result->why)};
+    page.facts.insert(page.facts.end(), reached.begin(), reached.end());
+    page.scans = telling.scans();
+    page.oracle = oracle;
+    page.oracle_words =
+        "The oracle knows the scene: each of its scans is made at the place that truly brings "
+        "most, "
+        "and its poses are given. Nobody who has to find out can do better by more than chance.";
+    page.link = arguments.page_link;
+    AtomicFile file(absl::StrCat(arguments.pictures, "/index.html"));
+    if (absl::Status s = file.Append(study::Html(page)); !s.ok()) return s;
+    if (absl::Status s = file.Commit(); !s.ok()) return s;
+  }
+  if (arguments.json) {
+    PrintJson({{"session", result->session},
+               {"why", result->why},
+               {"plannerStopped", result->planner_stopped},
+               {"scanCount", result->made},
+               {"lostCount", result->lost},
+               {"minutes", telling.minutes()},
+               {"seconds", seconds()},
+               {"attainedShare", telling.scans().empty() ? 0 : telling.scans().back().attained}},
+              false);
+    return ExitCode::kOk;
+  }
+  std::printf("\n%s\n", result->why.c_str());
+  for (const std::string& fact : reached) std::printf("%s\n", fact.c_str());
+  if (!arguments.pictures.empty()) {
+    std::printf("Page: %s/index.html, with a picture of each scan\n", arguments.pictures.c_str());
   }
   PrintHints(environment, arguments, result->session);
   return ExitCode::kOk;
@@ -333,7 +605,7 @@ void DefineSimulate(CLI::App& command, SimulateArguments& a) {
               "--scene", a.scene,
               "Generated scene: flat, two-rooms, hall, office, house, facade, courtyard, street "
               "or slope [flat]")
-          ->check(CLI::IsMember(Scenes()).description(""));
+          ->check(OneOf(SceneNames()));
   command.add_option("--area", a.area, "Of --scene office, m^2 [250]")
       ->check(CLI::Range(100.0, 5000.0));
   command.add_option("--mesh", a.mesh, "Triangle mesh instead, PLY, m, z up")->excludes(scene);
@@ -403,8 +675,30 @@ void DefineSimulate(CLI::App& command, SimulateArguments& a) {
       ->excludes(budget);
   command.add_option("--truth-samples", a.job.truth_samples,
                      "Points on the mesh that true coverage is measured on [40000]");
-  command.add_option("--pictures", a.pictures,
-                     "Folder for one picture per scan; for the tours, with --scanners");
+  command.add_option(
+      "--pictures", a.pictures,
+      "Folder for one picture per scan and a page of them; for the tours, with --scanners");
+  command
+      .add_flag("--until-done", a.until_done,
+                "Go on until the planner says that another scan is not worth it: it is given the "
+                "time to look at all places before a scan that does not seem to be; 100 scans at "
+                "most")
+      ->excludes(scanners);
+  command
+      .add_option("--worth", a.worth,
+                  "A scan is worth it that brings so much to density, m^2 [0.5]")
+      ->check(CLI::NonNegativeNumber);
+  auto* oracle = command.add_flag(
+      "--oracle", a.oracle,
+      "Instead go each time where a scan truly brings most, as only the simulation knows");
+  oracle->excludes(scanners);
+  command.add_option(
+      "--compare", a.compare,
+      "What --oracle --json wrote of the same job: its curve stands beside this one's "
+      "on the page");
+  command.add_option("--page-link", a.page_link,
+                     "Address of the server's page for tablets, to be named on the page");
+  command.add_flag("--json", a.json, "A line of JSON for each scan, and one for the end");
   command.add_flag("--no-hints", a.no_hints, "Don't say what to try next");
 }
 

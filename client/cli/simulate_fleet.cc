@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "client/cli/json.h"
 #include "client/cli/report.h"
 #include "client/cli/table.h"
 #include "client/cli/terminal.h"
@@ -60,6 +61,20 @@ std::string StopRow(const simulated_job::FleetStop& stop) {
        absl::StrFormat("%.1f %%", stop.truth.seen_share() * 100)});
 }
 
+Json StopAsJson(const simulated_job::FleetStop& stop) {
+  const simulated_job::MadeScan& made = stop.made;
+  Json row = {{"scan", stop.order},
+              {"scanner", simulated_job::SimulatedFleet::ScannerId(stop.scanner)},
+              {"minutes", stop.minutes},
+              {"walkedM", stop.walked},
+              {"position", {made.planned.x(), made.planned.y(), made.planned.z()}},
+              {"merged", made.merged},
+              {"attainedShare", stop.truth.attained_share()},
+              {"seenShare", stop.truth.seen_share()}};
+  if (stop.expected_gain) row["expectedGainM2"] = *stop.expected_gain;
+  return row;
+}
+
 std::vector<std::string> FleetSummary(const simulated_job::FleetOptions& options,
                                       const simulated_job::FleetResult& result) {
   const std::string target = absl::StrFormat("%.0f %%", options.target * 100);
@@ -80,35 +95,49 @@ std::vector<std::string> FleetSummary(const simulated_job::FleetOptions& options
 absl::StatusOr<simulated_job::FleetResult> SimulateFleet(client::Client& client,
                                                          const simulated_job::Site& site,
                                                          const simulated_job::FleetOptions& options,
-                                                         const std::string& pictures,
+                                                         const std::string& pictures, bool json,
                                                          parallel::Parallel& parallel) {
-  ProgressLine line(30);
+  WaitingLine line(30);
   line.Show("measuring what can be attained");
   simulated_job::SimulatedFleet fleet(client, site, options, parallel);
   fleet.OnActivity([&](const std::string& what) { line.Show(what); });
   line.Clear();
   std::vector<std::string> names;
   for (const FleetColumn& column : kFleetColumns) names.emplace_back(column.name);
-  std::printf("%s, seed %llu: %d scanners%s, %.1f m/s, %.0f s a scan\n%s\n%s", site.name.c_str(),
-              static_cast<unsigned long long>(options.job.seed), options.scanners,
-              options.claims ? "" : " without claims", options.speed, options.scan_seconds,
-              kFleetLegend, FleetRow(names).c_str());
+  if (!json)
+    std::printf("%s, seed %llu: %d scanners%s, %.1f m/s, %.0f s a scan\n%s\n%s", site.name.c_str(),
+                static_cast<unsigned long long>(options.job.seed), options.scanners,
+                options.claims ? "" : " without claims", options.speed, options.scan_seconds,
+                kFleetLegend, FleetRow(names).c_str());
   std::fflush(stdout);
 
   std::vector<simulated_job::FleetStop> stops;
   auto result = fleet.Run([&](const simulated_job::FleetStop& stop) {
     line.Clear();
+    stops.push_back(stop);
+    if (json) {
+      PrintJson(StopAsJson(stop), false);
+      return absl::OkStatus();
+    }
     std::fputs(StopRow(stop).c_str(), stdout);
     for (const std::string& note : stop.made.notes) std::printf("      %s\n", note.c_str());
     std::fflush(stdout);
-    stops.push_back(stop);
     return absl::OkStatus();
   });
   line.Clear();
   if (!result.ok()) return result.status();
   const std::vector<std::string> summary = FleetSummary(options, *result);
-  std::printf("\n%s.\n", result->why.c_str());
-  for (const std::string& figures : summary) std::printf("%s\n", figures.c_str());
+  if (json) {
+    Json end = {{"session", result->session},  {"why", result->why},
+                {"scanCount", result->made},   {"lostCount", result->lost},
+                {"minutes", result->minutes},  {"attainedShare", result->attained},
+                {"wasteShare", result->waste}, {"claimsRefusedCount", result->claims_refused}};
+    if (result->target_minutes) end["targetMinutes"] = *result->target_minutes;
+    PrintJson(end, false);
+  } else {
+    std::printf("\n%s.\n", result->why.c_str());
+    for (const std::string& figures : summary) std::printf("%s\n", figures.c_str());
+  }
   if (!pictures.empty()) {
     const std::string path = pictures + "/tours.png";
     if (absl::Status drawn = simulated_job::WriteFleetPicture(client, site, *result, stops,
@@ -116,7 +145,7 @@ absl::StatusOr<simulated_job::FleetResult> SimulateFleet(client::Client& client,
         !drawn.ok()) {
       return drawn;
     }
-    std::printf("Tours: %s\n", path.c_str());
+    if (!json) std::printf("Tours: %s\n", path.c_str());
   }
   return result;
 }

@@ -12,12 +12,13 @@
 
 namespace vantage::cli {
 
-// Runs the job, prints a row for each scan and the figures at its end, and draws the tours into the
+// Runs the job, prints a row for each scan and the figures at its end (lines of JSON, where that is
+// asked for), and draws the tours into the
 // folder `pictures` where that is not empty.
 absl::StatusOr<simulated_job::FleetResult> SimulateFleet(client::Client& client,
                                                          const simulated_job::Site& site,
                                                          const simulated_job::FleetOptions& options,
-                                                         const std::string& pictures,
+                                                         const std::string& pictures, bool json,
                                                          parallel::Parallel& parallel);
 
 }  // namespace vantage::cli

@@ -28,6 +28,7 @@ struct StationAddArguments {
   std::string model;
   std::optional<double> heading;  // degrees
   std::optional<double> loss;
+  bool json = false;
 };
 
 // 'x,y,z' or 'x y z' a line, m; empty lines and those that begin with '#' say nothing.
@@ -89,6 +90,10 @@ absl::StatusOr<ExitCode> RunStationAdd(Environment& environment,
     if (arguments.loss) station.set_loss_chance(*arguments.loss);
     const auto created = environment.client().Call(request);
     if (!created.ok()) return created.status();
+    if (arguments.json) {
+      std::fputs(ToJson(created->station(), false).c_str(), stdout);
+      continue;
+    }
     std::printf("%s at %s: %s; counts as scanned, with %s to be lost\n",
                 client::IdOf(created->station().name()).c_str(),
                 Text(created->station().position()).c_str(), created->station().message().c_str(),
@@ -135,6 +140,7 @@ absl::StatusOr<ExitCode> RunStationList(Environment& environment,
 
 struct StationDeleteArguments {
   std::string station;
+  bool json = false;
 };
 
 absl::StatusOr<ExitCode> RunStationDelete(Environment& environment,
@@ -143,6 +149,10 @@ absl::StatusOr<ExitCode> RunStationDelete(Environment& environment,
   request.set_name(client::StationName(arguments.station));
   const auto deleted = environment.client().Call(request);
   if (!deleted.ok()) return deleted.status();
+  if (arguments.json) {
+    std::fputs(ToJson(*deleted).c_str(), stdout);
+    return ExitCode::kOk;
+  }
   std::printf("%s is given up\n", client::IdOf(request.name()).c_str());
   return ExitCode::kOk;
 }
@@ -170,6 +180,7 @@ void AddStationAdd(CLI::App& parent, Environment& environment) {
         command.add_option(
             "--loss", a.loss,
             "The chance that its data do not come into the model, 0 to 1 [estimated]");
+        command.add_flag("--json", a.json, "Print each station as JSON on a line");
       },
       RunStationAdd);
 }
@@ -191,6 +202,7 @@ void AddStationDelete(CLI::App& parent, Environment& environment) {
       "  vantage station delete flat/station-3",
       [](CLI::App& command, StationDeleteArguments& a) {
         command.add_option("STATION", a.station, "JOB/STATION")->required();
+        command.add_flag("--json", a.json, "Print the answer as JSON");
       },
       RunStationDelete);
 }

@@ -1,5 +1,6 @@
 #include <google/protobuf/util/json_util.h>
 
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <optional>
@@ -31,6 +32,7 @@ struct StudyArguments {
   bool small = false;
   bool tuning = false;
   bool list = false;
+  bool json = false;
   std::string preset;  // empty: kPreset, unless a step is given
   std::string setting;
   std::optional<double> step;     // degrees
@@ -89,7 +91,17 @@ absl::StatusOr<study::StudyPlan> PlanFrom(const Environment& environment,
   return plan;
 }
 
-void PrintList() {
+void PrintList(bool json) {
+  if (json) {
+    Json planners = Json::array();
+    for (const study::StudyPlanner& planner : study::AllPlanners()) {
+      planners.push_back({{"name", planner.name}, {"words", planner.words}});
+    }
+    PrintJson({{"planners", std::move(planners)},
+               {"reporting", study::DefaultScenes(study::SceneUse::kReporting, false)},
+               {"tuning", study::DefaultScenes(study::SceneUse::kTuning, false)}});
+    return;
+  }
   std::printf("Planners:\n");
   for (const study::StudyPlanner& planner : study::AllPlanners()) {
     std::printf("  %-16s %s\n", planner.name.c_str(), planner.words.c_str());
@@ -150,7 +162,7 @@ void PrintTable(const study_records::v1::Table& table) {
 absl::StatusOr<ExitCode> RunStudyCommand(Environment& environment,
                                          const StudyArguments& arguments) {
   if (arguments.list) {
-    PrintList();
+    PrintList(arguments.json);
     return ExitCode::kOk;
   }
   const auto chosen = PlanFrom(environment, arguments);
@@ -159,16 +171,31 @@ absl::StatusOr<ExitCode> RunStudyCommand(Environment& environment,
   const auto store = study::JobStore::Open(arguments.output);
   if (!store.ok()) return store.status();
   ProgressLine line(30);
+  const auto began = std::chrono::steady_clock::now();
+  std::optional<int> found;  // jobs that were done before
   const auto outcome = study::RunStudy(plan, *store, [&](const study::StudyProgress& progress) {
-    line.Show(
-        absl::StrFormat("%d of %d jobs done; %s", progress.done, progress.total, progress.doing));
+    if (!found) found = progress.done;
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+    const int done = progress.done - *found;
+    line.Show(absl::StrFormat(
+        "%d of %d jobs done%s; %s", progress.done, progress.total,
+        done == 0 ? ""
+                  : absl::StrFormat(", %.1f a minute, %s", 60 * done / seconds,
+                                    TimeLeft(seconds / done * (progress.total - progress.done))),
+        progress.doing));
   });
   line.Clear();
   if (!outcome.ok()) return outcome.status();
   study_records::v1::Table table;
   if (absl::Status s = WriteResults(plan, arguments.output, *outcome, table); !s.ok()) return s;
-  PrintTable(table);
-  std::printf("%s/table.json, %s/study.html\n", arguments.output.c_str(), arguments.output.c_str());
+  if (arguments.json) {
+    std::fputs(ToJson(table).c_str(), stdout);
+  } else {
+    PrintTable(table);
+    std::printf("%s/table.json, %s/study.html\n", arguments.output.c_str(),
+                arguments.output.c_str());
+  }
   for (const std::string& fault : outcome->faults) {
     std::fprintf(stderr, "failed: %s\n", fault.c_str());
   }
@@ -189,6 +216,7 @@ void DefineStudy(CLI::App& command, StudyArguments& a) {
   command.add_option("--scene", a.scenes, "Scenes, by name")->delimiter(',');
   command.add_option("--planner", a.planners, "Planners, by name")->delimiter(',');
   command.add_flag("--tuning", a.tuning, "The scenes for tuning instead of those for reporting");
+  command.add_flag("--json", a.json, "Print the table, or the list, as JSON");
   command.add_flag("--list", a.list, "Name scenes and planners and do nothing");
   command.add_option("--seeds", a.plan.seeds, "Starts and draws of all faults for each [5]")
       ->check(CLI::Range(1, 10000));

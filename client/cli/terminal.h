@@ -3,7 +3,11 @@
 #define VANTAGE_CLIENT_CLI_TERMINAL_H_
 
 #include <chrono>
+#include <condition_variable>
+#include <cstdio>
+#include <mutex>
 #include <string>
+#include <thread>
 
 namespace vantage::cli {
 
@@ -24,6 +28,44 @@ class ProgressLine {
   bool shown_ = false;
   std::chrono::duration<double> quiet_interval_;
   std::chrono::steady_clock::time_point next_line_;
+};
+
+enum class Paint { kGood, kWarning, kBad };
+
+// The text in its colour where `stream` goes to a terminal, and as it is elsewhere, or where
+// NO_COLOR is set.
+std::string Painted(const std::string& text, Paint paint, std::FILE* stream);
+
+// '12 s left', '3 min left'.
+std::string TimeLeft(double seconds);
+
+// A progress line of something that says nothing until it is done: how long it goes on already,
+// each second.
+class WaitingLine {
+ public:
+  // `patience`: seconds for which nothing is shown, of what is mostly done sooner.
+  explicit WaitingLine(double quiet_interval = 5, double patience = 0);
+  ~WaitingLine();
+  WaitingLine(const WaitingLine&) = delete;
+  WaitingLine& operator=(const WaitingLine&) = delete;
+
+  // What is waited for from now on. `expected`: for how many seconds, where that is known.
+  void Show(const std::string& text, double expected = 0);
+  // Removes the line, so that output can follow; Show() begins another.
+  void Clear();
+
+ private:
+  void Tick();
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  ProgressLine line_;
+  std::string text_;
+  double expected_ = 0;    // s; 0: not known
+  const double patience_;  // s
+  std::chrono::steady_clock::time_point since_;
+  bool ended_ = false;
+  std::thread ticking_;
 };
 
 // '[########----]' of the given width, `share` in [0, 1].

@@ -71,6 +71,7 @@ absl::StatusOr<ExitCode> RunUploadList(Environment& environment,
 
 struct UploadAbortArguments {
   std::string upload;
+  bool json = false;
 };
 
 absl::StatusOr<ExitCode> RunUploadAbort(Environment& environment,
@@ -79,6 +80,10 @@ absl::StatusOr<ExitCode> RunUploadAbort(Environment& environment,
   request.set_name(client::UploadName(arguments.upload));
   const auto aborted = environment.client().Call(request);
   if (!aborted.ok()) return aborted.status();
+  if (arguments.json) {
+    std::fputs(ToJson(aborted->upload()).c_str(), stdout);
+    return ExitCode::kOk;
+  }
   std::printf("%s is %s; what was sent of it is dropped\n", client::IdOf(request.name()).c_str(),
               UploadWord(aborted->upload().state()));
   return ExitCode::kOk;
@@ -104,6 +109,7 @@ void AddUploadAbort(CLI::App& parent, Environment& environment) {
       "  vantage upload abort flat/upload-3",
       [](CLI::App& command, UploadAbortArguments& a) {
         command.add_option("UPLOAD", a.upload, "JOB/UPLOAD")->required();
+        command.add_flag("--json", a.json, "Print the answer as JSON");
       },
       RunUploadAbort);
 }

@@ -4,11 +4,28 @@
 #include "absl/strings/str_cat.h"
 #include "client/library/backoff.h"
 #include "client/library/error.h"
+#include "client/library/loading_wait.h"
 #include "client/library/wire.h"
 #include "core/bytes/checksum.h"
 
 namespace vantage::client {
 namespace {
+
+// Tells of a call while it is under way.
+class CallShown {
+ public:
+  explicit CallShown(const ClientOptions& options) : options_(options) {
+    if (options_.on_call) options_.on_call(true);
+  }
+  ~CallShown() {
+    if (options_.on_call) options_.on_call(false);
+  }
+  CallShown(const CallShown&) = delete;
+  CallShown& operator=(const CallShown&) = delete;
+
+ private:
+  const ClientOptions& options_;
+};
 
 // One unary call with its attempts.
 template <typename Request, typename Response, typename Stub>
@@ -20,8 +37,10 @@ absl::StatusOr<Response> CallUnary(Stub& stub,
     if (request.request_id().empty()) request.set_request_id(NewRequestId());
   }
   const ClientOptions& options = wire.options;
-  const auto deadline = DeadlineIn(options.timeout);
+  const CallShown shown(options);
+  auto deadline = DeadlineIn(options.timeout);
   Backoff backoff(RandomSeed());
+  LoadingWait loading(options);
   absl::Status failure;
   for (int attempt = 0; attempt < options.attempts; ++attempt) {
     if (attempt > 0) {
@@ -36,6 +55,11 @@ absl::StatusOr<Response> CallUnary(Stub& stub,
     const grpc::Status status = (stub.*method)(&context, request, &response);
     if (status.ok()) return response;
     failure = FromRpc(status, options.server);
+    if (loading.After(failure)) {
+      attempt = -1;
+      deadline = DeadlineIn(options.timeout);
+      continue;
+    }
     if (!IsTransient(failure)) break;
   }
   return failure;
@@ -237,6 +261,12 @@ absl::StatusOr<Health> Client::CheckHealth(const std::string& service) {
   if (!response.ok()) return response.status();
   return response->status() == grpc::health::v1::HealthCheckResponse::SERVING ? Health::kServing
                                                                               : Health::kNotServing;
+}
+
+absl::StatusOr<ContractComparison> Client::CompareContract() {
+  const auto server = ReflectedContract(*wire_);
+  if (!server.ok()) return server.status();
+  return CompareContracts(*server);
 }
 
 bool IsDecided(v1::ScanState state) {

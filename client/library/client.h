@@ -3,6 +3,7 @@
 #ifndef VANTAGE_CLIENT_LIBRARY_CLIENT_H_
 #define VANTAGE_CLIENT_LIBRARY_CLIENT_H_
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -14,6 +15,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "client/library/client_options.h"
+#include "client/library/contract_comparison.h"
 #include "core/sensor/range_image.h"
 #include "vantage/v1/fleet_service.pb.h"
 #include "vantage/v1/model_service.pb.h"
@@ -32,6 +34,18 @@ struct UploadProgress {
   int64_t sent_bytes = 0;  // on the wire, compressed, repetitions included
   int reconnects = 0;
   bool committed = false;
+};
+
+// The progress of an export on its way from the server.
+struct ExportProgress {
+  int64_t received_bytes = 0;
+  int64_t total_bytes = 0;  // 0: not announced
+};
+
+// The clocks of both sides at one moment.
+struct ServerTime {
+  std::chrono::system_clock::time_point here;
+  std::chrono::system_clock::time_point there;
 };
 
 // How a health check answered.
@@ -138,8 +152,10 @@ class Client {
 
   // Streams an export; `sink` gets the bytes in order and may end it with an error. Each piece is
   // checked against its checksum and place: DATA_LOSS otherwise. Returns the suggested file name.
+  // `progress` is called with each.
   absl::StatusOr<std::string> Export(const v1::ExportModelRequest& request,
-                                     absl::FunctionRef<absl::Status(absl::string_view)> sink);
+                                     absl::FunctionRef<absl::Status(absl::string_view)> sink,
+                                     absl::FunctionRef<void(const ExportProgress&)> progress);
 
   // The whole export in memory; starts again after a break.
   absl::StatusOr<std::string> ExportBytes(const v1::ExportModelRequest& request);
@@ -155,10 +171,22 @@ class Client {
       absl::FunctionRef<absl::StatusOr<std::string>(int64_t offset)> read,
       absl::FunctionRef<void(int64_t sent)> progress);
 
+  // What the server's contract has that this client's has not, and the other way round, by
+  // reflection. UNIMPLEMENTED: it does not describe itself.
+  absl::StatusOr<ContractComparison> CompareContract();
+
+  // The clocks of both sides at one moment. `after_sequence`: the session's last event, since the
+  // time comes when nothing else does, after 15 s at most. The server's is late by the way here.
+  absl::StatusOr<ServerTime> ReadServerTime(const std::string& session, uint64_t after_sequence);
+
   // grpc.health.v1; an empty service means the server as a whole.
   absl::StatusOr<Health> CheckHealth(const std::string& service);
 
  private:
+  // Export() without waiting for a model that is being loaded.
+  absl::StatusOr<std::string> ExportOnce(const v1::ExportModelRequest& request,
+                                         absl::FunctionRef<absl::Status(absl::string_view)> sink,
+                                         absl::FunctionRef<void(const ExportProgress&)> progress);
   // Sends all of it; the upload as it is then.
   absl::StatusOr<v1::Upload> Send(const std::string& session, v1::Upload upload,
                                   absl::string_view bytes,

@@ -2,6 +2,8 @@
 #ifndef VANTAGE_CLIENT_LIBRARY_CLIENT_OPTIONS_H_
 #define VANTAGE_CLIENT_LIBRARY_CLIENT_OPTIONS_H_
 
+#include <functional>
+#include <optional>
 #include <string>
 
 namespace vantage::client {
@@ -20,6 +22,15 @@ struct ClientOptions {
   double timeout = 30;         // s, of a unary call, all its attempts together
   int attempts = 4;            // of a unary call while the server is unavailable
   double give_up_after = 120;  // s without any progress, of uploads and watches
+  // A server that loads a job's model, after a start or after nobody used it, is waited for, so
+  // long at most; `timeout` and `attempts` begin with its answer.
+  double loading_patience = 900;  // s
+  // For a progress line: is called when a unary call begins (true) and ends (false), all its
+  // attempts together.
+  std::function<void(bool begins)> on_call;
+  // Likewise: is called before each wait for a model with the seconds since the first,
+  // and with nothing when it is over.
+  std::function<void(std::optional<double> seconds)> on_loading;
 };
 
 }  // namespace vantage::client

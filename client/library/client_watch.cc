@@ -3,6 +3,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/library/client.h"
+#include "client/library/loading_wait.h"
 #include "client/library/resource_names.h"
 #include "client/library/resumption.h"
 #include "client/library/wire.h"
@@ -41,7 +42,8 @@ const v1::Scan* ScanOf(const v1::SessionEvent& event) {
 template <typename Response>
 absl::StatusOr<std::string> ReceiveFile(const Wire& wire, grpc::ClientContext& context,
                                         std::unique_ptr<grpc::ClientReader<Response>> stream,
-                                        absl::FunctionRef<absl::Status(absl::string_view)> sink) {
+                                        absl::FunctionRef<absl::Status(absl::string_view)> sink,
+                                        absl::FunctionRef<void(const ExportProgress&)> progress) {
   Response response;
   std::string file_name;
   int64_t received = 0;
@@ -58,6 +60,7 @@ absl::StatusOr<std::string> ReceiveFile(const Wire& wire, grpc::ClientContext& c
     received += static_cast<int64_t>(response.data().size());
     if (response.total_size_bytes() > 0) announced = response.total_size_bytes();
     if (!response.file_name().empty()) file_name = response.file_name();
+    progress({received, announced});
     if (refused = sink(response.data()); !refused.ok()) context.TryCancel();
   }
   const grpc::Status status = stream->Finish();
@@ -118,6 +121,37 @@ absl::Status Client::WatchSession(const std::string& session, uint64_t after_seq
                                            : wire_->Failure(status);
     if (absl::Status resumed = resumption.AfterBreak(ended); !resumed.ok()) return resumed;
   }
+}
+
+absl::StatusOr<ServerTime> Client::ReadServerTime(const std::string& session,
+                                                  uint64_t after_sequence) {
+  v1::WatchSessionRequest request;
+  request.set_name(session);
+  request.set_after_sequence(after_sequence);
+  grpc::ClientContext context;
+  // A heartbeat comes after 15 s of silence at the latest.
+  context.set_deadline(DeadlineIn(20));
+  if (absl::Status prepared = wire_->Prepare(context); !prepared.ok()) return prepared;
+  const auto stream = wire_->sessions->WatchSession(&context, request);
+  v1::WatchSessionResponse response;
+  ServerTime time;
+  bool read = false;
+  while (!read && stream->Read(&response)) {
+    if (!response.has_heartbeat() || !response.heartbeat().has_time()) continue;
+    time.here = std::chrono::system_clock::now();
+    time.there = std::chrono::system_clock::time_point(
+        std::chrono::seconds(response.heartbeat().time().seconds()) +
+        std::chrono::duration_cast<std::chrono::system_clock::duration>(
+            std::chrono::nanoseconds(response.heartbeat().time().nanos())));
+    read = true;
+  }
+  context.TryCancel();
+  while (stream->Read(&response)) {
+  }
+  const grpc::Status status = stream->Finish();
+  if (read) return time;
+  return status.ok() ? absl::UnavailableError("the server closed the watch")
+                     : wire_->Failure(status);
 }
 
 absl::StatusOr<v1::Scan> Client::WaitForScan(const std::string& name,
@@ -199,23 +233,45 @@ absl::StatusOr<v1::Plan> Client::GetFullPlan(const std::string& name) {
 }
 
 absl::StatusOr<std::string> Client::Export(
-    const v1::ExportModelRequest& request,
-    absl::FunctionRef<absl::Status(absl::string_view)> sink) {
+    const v1::ExportModelRequest& request, absl::FunctionRef<absl::Status(absl::string_view)> sink,
+    absl::FunctionRef<void(const ExportProgress&)> progress) {
+  LoadingWait loading(wire_->options);
+  while (true) {
+    ExportProgress reached;
+    absl::StatusOr<std::string> name = ExportOnce(request, sink, [&](const ExportProgress& p) {
+      reached = p;
+      progress(p);
+    });
+    // Nothing came before the model was there.
+    if (name.ok() || reached.received_bytes > 0 || !loading.After(name.status())) return name;
+  }
+}
+
+absl::StatusOr<std::string> Client::ExportOnce(
+    const v1::ExportModelRequest& request, absl::FunctionRef<absl::Status(absl::string_view)> sink,
+    absl::FunctionRef<void(const ExportProgress&)> progress) {
   grpc::ClientContext context;
   if (absl::Status prepared = wire_->Prepare(context); !prepared.ok()) return prepared;
-  return ReceiveFile(*wire_, context, wire_->model->ExportModel(&context, request), sink);
+  return ReceiveFile(*wire_, context, wire_->model->ExportModel(&context, request), sink, progress);
 }
 
 absl::StatusOr<std::string> Client::ExportBytes(const v1::ExportModelRequest& request) {
-  return WholeFile(wire_->options.give_up_after, [&](auto sink) { return Export(request, sink); });
+  return WholeFile(wire_->options.give_up_after,
+                   [&](auto sink) { return Export(request, sink, [](const ExportProgress&) {}); });
 }
 
 absl::StatusOr<std::string> Client::ExportBytes(const v1::ExportReportRequest& request) {
-  return WholeFile(wire_->options.give_up_after, [&](auto sink) -> absl::StatusOr<std::string> {
-    grpc::ClientContext context;
-    if (absl::Status prepared = wire_->Prepare(context); !prepared.ok()) return prepared;
-    return ReceiveFile(*wire_, context, wire_->model->ExportReport(&context, request), sink);
-  });
+  LoadingWait loading(wire_->options);
+  while (true) {
+    absl::StatusOr<std::string> page =
+        WholeFile(wire_->options.give_up_after, [&](auto sink) -> absl::StatusOr<std::string> {
+          grpc::ClientContext context;
+          if (absl::Status prepared = wire_->Prepare(context); !prepared.ok()) return prepared;
+          return ReceiveFile(*wire_, context, wire_->model->ExportReport(&context, request), sink,
+                             [](const ExportProgress&) {});
+        });
+    if (page.ok() || !loading.After(page.status())) return page;
+  }
 }
 
 }  // namespace vantage::client

@@ -25,6 +25,11 @@ std::string Payload(const absl::Status& status, const char* url) {
 std::string DefaultFix(const Explanation& e) {
   switch (e.code) {
     case absl::StatusCode::kUnavailable:
+      // With a reason it was the server that answered.
+      if (!e.reason.empty()) {
+        return e.retry_seconds ? absl::StrFormat("try again in %.1f s", *e.retry_seconds)
+                               : "try again";
+      }
       return "start the server with 'vantaged', or name another one with --server ADDRESS or "
              "VANTAGE_SERVER";
     case absl::StatusCode::kDeadlineExceeded:

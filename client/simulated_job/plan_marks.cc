@@ -1,5 +1,7 @@
 #include "client/simulated_job/plan_marks.h"
 
+#include <cmath>
+
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "client/library/geometry.h"
@@ -28,12 +30,15 @@ std::string NextLine(const v1::PlanResult& result) {
   const v1::RankedView& next = result.views(0);
   const std::string storey =
       result.storeys_size() > 1 ? absl::StrFormat(", storey %d", next.storey().number()) : "";
+  // Where no floor is known below, there is no height over it.
+  const std::string tripod = std::isfinite(next.height_over_floor_m())
+                                 ? absl::StrFormat(", tripod %.2f m", next.height_over_floor_m())
+                                 : "";
   return absl::StrFormat(
-      "Next: (%.2f, %.2f)%s, tripod %.2f m, brings %.1f m\u00b2 to density, will register: "
+      "Next: (%.2f, %.2f)%s%s, brings %.1f m\u00b2 to density, will register: "
       "overlap %.0f %%, error bound %.1f mm",
-      next.position().x(), next.position().y(), storey, next.height_over_floor_m(),
-      next.model_gain_m2(), next.verdict().overlap_share() * 100,
-      next.verdict().error_bound_m() * 1000);
+      next.position().x(), next.position().y(), storey, tripod, next.model_gain_m2(),
+      next.verdict().overlap_share() * 100, next.verdict().error_bound_m() * 1000);
 }
 
 void AddPlanMarks(const v1::PlanResult& result, absl::FunctionRef<bool(const v1::Vector3&)> shows,

@@ -12,6 +12,7 @@
 #include "client/library/duration.h"
 #include "client/library/error.h"
 #include "client/library/geometry.h"
+#include "client/simulated_job/attainable.h"
 
 namespace vantage::simulated_job {
 namespace {
@@ -42,6 +43,7 @@ std::string SimulatedFleet::ScannerId(int scanner) { return absl::StrCat("scanne
 SimulatedFleet::SimulatedFleet(client::Client& client, const Site& site,
                                const FleetOptions& options, parallel::Parallel& parallel)
     : client_(client),
+      site_(site),
       options_(options),
       parallel_(parallel),
       scanner_(site.mesh),
@@ -57,6 +59,8 @@ SimulatedFleet::SimulatedFleet(client::Client& client, const Site& site,
 SimulatedFleet::~SimulatedFleet() = default;
 
 absl::Status SimulatedFleet::Open() {
+  absl::Status can = CheckAttainable(truth_.Measure(), site_, options_.job.required_density);
+  if (!can.ok()) return can;
   if (absl::Status opened = surveyor_.Open(); !opened.ok()) return opened;
   result_.session = surveyor_.session();
   for (size_t i = 0; i < members_.size(); ++i) {

@@ -113,6 +113,7 @@ class SimulatedFleet {
   bool SomebodyIsOut() const;
 
   client::Client& client_;
+  const Site& site_;
   const FleetOptions options_;
   parallel::Parallel& parallel_;
   const simulation::SimulatedScanner scanner_;

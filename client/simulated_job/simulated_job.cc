@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "client/library/geometry.h"
+#include "client/simulated_job/attainable.h"
 
 namespace vantage::simulated_job {
 namespace {
@@ -21,6 +22,17 @@ const v1::RankedView* FirstWithOverlap(
     if (view.verdict().overlap_share() >= overlap) return &view;
   }
   return nullptr;
+}
+
+// Whether the best that a plan found is not worth a scan, while it cannot say so of all views.
+bool MayBeDone(const v1::PlanResult& plan) {
+  if (plan.termination().suggested() || plan.views().empty()) return false;
+  const v1::RankedView& best = plan.views(0);
+  const std::optional<Promise> promise = PromiseOf(best);
+  // Of a view that was not looked at to its end the score is all that is known.
+  const double gain = promise ? promise->expected_gain
+                              : best.score_upper() / plan.config().required_density_per_m2();
+  return gain < plan.config().terminate_below_m2();
 }
 
 std::optional<double> HeadingOf(const v1::RankedView& view) {
@@ -71,7 +83,8 @@ SimulatedJob::SimulatedJob(client::Client& client, const Site& site, const JobOp
 SimulatedJob::SimulatedJob(client::Client& client, const Site& site, const JobOptions& options,
                            const simulation::SimulatedScanner& scanner,
                            const simulation::GroundTruth& truth, parallel::Parallel& parallel)
-    : options_(options),
+    : site_(site),
+      options_(options),
       parallel_(parallel),
       truth_(truth),
       surveyor_(client, site, scanner, options, parallel) {}
@@ -143,6 +156,11 @@ absl::StatusOr<std::optional<SimulatedJob::Next>> SimulatedJob::FindNext(
   for (int refusals = 0; refusals <= kMostRefusals; ++refusals) {
     auto made_plan = surveyor_.Plan({}, v1::RANKING_UNSPECIFIED);
     if (!made_plan.ok()) return made_plan.status();
+    if (options_.last_plan_work > 0 && MayBeDone(made_plan->plan.result())) {
+      cycle.plan_seconds += made_plan->seconds;
+      made_plan = surveyor_.Plan({}, v1::RANKING_UNSPECIFIED, options_.last_plan_work);
+      if (!made_plan.ok()) return made_plan.status();
+    }
     cycle.plan = std::move(made_plan->plan);
     cycle.plan_budget = made_plan->budget;
     cycle.plan_attempts = made_plan->attempts;
@@ -168,6 +186,10 @@ absl::StatusOr<std::optional<SimulatedJob::Next>> SimulatedJob::FindNext(
 
 absl::StatusOr<JobResult> SimulatedJob::Run(
     absl::FunctionRef<absl::Status(const Cycle&)> on_cycle) {
+  if (absl::Status can = CheckAttainable(truth_.Measure(), site_, options_.required_density);
+      !can.ok()) {
+    return can;
+  }
   if (absl::Status opened = surveyor_.Open(); !opened.ok()) return opened;
   JobResult result;
   result.session = surveyor_.session();

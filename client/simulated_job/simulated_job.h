@@ -121,6 +121,7 @@ class SimulatedJob {
   std::optional<Next> NextPosition(const v1::Plan& plan, bool more_comes, JobResult& result,
                                    std::vector<std::string>& notes);
 
+  const Site& site_;
   const JobOptions options_;
   parallel::Parallel& parallel_;
   std::unique_ptr<const simulation::SimulatedScanner> own_scanner_;

@@ -209,10 +209,10 @@ absl::StatusOr<bool> Surveyor::IsBlocked(const Placement& placement) {
 }
 
 absl::StatusOr<PlanMade> Surveyor::Plan(const std::vector<std::string>& scanners,
-                                        v1::Ranking ranking) {
+                                        v1::Ranking ranking, std::optional<uint64_t> work) {
   PlanMade made;
   double seconds = options_.plan_seconds;
-  std::optional<uint64_t> work = options_.plan_work;
+  if (!work) work = options_.plan_work;
   for (; made.attempts < kLargerBudgets; seconds *= 2) {
     v1::CreatePlanRequest request;
     request.set_parent(session_);

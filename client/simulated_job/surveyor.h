@@ -48,6 +48,10 @@ struct JobOptions {
   bool full_plans = false;            // with the map of scores
   v1::PlanningConfig plan_overrides;  // for every plan
   ViewChoice choice = ViewChoice::kRegistrable;
+  // Before a scan that does not seem worth it, a plan of so many rays is asked whether any is: one
+  // that is short of time cannot rule out what it did not look at. 0: the plans are taken as they
+  // are.
+  uint64_t last_plan_work = 0;
   bool heed_termination = true;  // false: goes on as long as there are views
   double enough = 2;             // ends at this share of what is attainable at density; 2: never
   // Scans that are made before the data of one reach the server, which hears of its station at
@@ -110,7 +114,9 @@ class Surveyor {
 
   // Plans, and waits until the plan has ended. Where the budget was too small, it is doubled for
   // this plan only.
-  absl::StatusOr<PlanMade> Plan(const std::vector<std::string>& scanners, v1::Ranking ranking);
+  // `work`: rays, instead of what the options allow.
+  absl::StatusOr<PlanMade> Plan(const std::vector<std::string>& scanners, v1::Ranking ranking,
+                                std::optional<uint64_t> work = std::nullopt);
 
   // The view nearest to a station among those that a plan refused, since most remedies ask to stay
   // near. Null when there is none.

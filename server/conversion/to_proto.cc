@@ -5,6 +5,7 @@
 #include <span>
 #include <utility>
 
+#include "absl/strings/str_replace.h"
 #include "google/protobuf/util/time_util.h"
 
 namespace vantage::conversion {
@@ -615,6 +616,17 @@ v1::EvaluateViewResponse WriteEvaluation(const planning::ViewEvaluation& evaluat
     *out.add_patches() = WritePatch(evaluation.patches[i], origin);
   }
   return out;
+}
+
+void NameLastStation(const std::string& scan, v1::RankedView& view) {
+  if (scan.empty() || !view.has_location()) return;
+  std::string& description = *view.mutable_location()->mutable_description();
+  description = absl::StrReplaceAll(description, {{planning::kLastStation, scan}});
+}
+
+void NameLastStation(const std::string& scan, v1::PlanResult& result) {
+  for (v1::RankedView& view : *result.mutable_views()) NameLastStation(scan, view);
+  for (v1::RankedView& view : *result.mutable_refused()) NameLastStation(scan, view);
 }
 
 }  // namespace vantage::conversion

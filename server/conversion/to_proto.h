@@ -81,6 +81,10 @@ void StripToBasic(v1::PlanResult& result);
 v1::EvaluateViewResponse WriteEvaluation(const planning::ViewEvaluation& evaluation,
                                          const Eigen::Vector3d& origin);
 
+// Puts the id of the last station's scan into what says where a view is; nothing where it is empty.
+void NameLastStation(const std::string& scan, v1::RankedView& view);
+void NameLastStation(const std::string& scan, v1::PlanResult& result);
+
 }  // namespace vantage::conversion
 
 #endif  // VANTAGE_SERVER_CONVERSION_TO_PROTO_H_

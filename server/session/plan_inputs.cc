@@ -27,6 +27,25 @@ int64_t MemoryOf(const PlanInputs& inputs) {
       fleet::EstimateJointPlanMemory(*inputs.model.view, inputs.config, inputs.scanner_models));
 }
 
+// The id of the scan that entered the model last; empty where the log has other scans in it than
+// the model, which follows.
+std::string LastScanOf(SessionContext& context, const ModelSnapshot& model) {
+  std::string last;
+  size_t count = 0;
+  context.journal().Read([&](const SessionState& state) {
+    uint64_t latest = 0;
+    for (const std::string& name : state.scan_order) {
+      const ScanRecord& record = state.scans.at(name);
+      if (!record.in_model || record.entered > model.version) continue;
+      ++count;
+      if (record.entered < latest) continue;
+      latest = record.entered;
+      last = name.substr(name.rfind('/') + 1);
+    }
+  });
+  return count == model.view->stations().size() ? last : "";
+}
+
 }  // namespace
 
 absl::StatusOr<PlanInputs> ReadPlanInputs(SessionContext& context, ModelMemory& model,
@@ -104,6 +123,7 @@ absl::StatusOr<PlanInputs> ReadPlanInputs(SessionContext& context, ModelMemory& 
   inputs.setting = scanner.setting();
   inputs.model = model.Current();
   if (inputs.model.view == nullptr) return model.WhyNone();
+  inputs.last_scan = LastScanOf(context, inputs.model);
   model.Touch();
   return inputs;
 }

@@ -23,6 +23,7 @@ namespace vantage::session {
 
 struct PlanInputs {
   ModelSnapshot model;
+  std::string last_scan;       // id of the scan that was made at the last station
   v1::PlanningConfig written;  // the complete configuration
   planning::PlanningConfig config;
   std::string read_from;  // all that `config` was read from, but its seed

@@ -258,6 +258,7 @@ void Plans::EvaluateView(const v1::EvaluateViewRequest& request,
     model_.EndEvaluation();
     if (!evaluation.ok()) return done(evaluation.status());
     v1::EvaluateViewResponse response = conversion::WriteEvaluation(*evaluation, context_.origin());
+    conversion::NameLastStation(in.last_scan, *response.mutable_view());
     response.set_model_version(in.model.version);
     *response.mutable_duration() =
         conversion::WriteDuration(absl::ToDoubleSeconds(absl::Now() - started));
@@ -347,6 +348,7 @@ void Plans::Run(const std::shared_ptr<PlanRun>& run, const PlanInputs& inputs, a
     shown = now;
     v1::PlanResult result =
         conversion::WritePlanResult(plan, inputs.written, false, context_.origin());
+    conversion::NameLastStation(inputs.last_scan, result);
     result.set_model_version(inputs.model.version);
     run->Improve(std::move(result));
   };
@@ -405,6 +407,7 @@ void Plans::Run(const std::shared_ptr<PlanRun>& run, const PlanInputs& inputs, a
   if (inputs.joint) {
     conversion::WriteJointPlan(joint, inputs.scanners, inputs.claims, inputs.stations, *full);
   }
+  conversion::NameLastStation(inputs.last_scan, *full);
   full->set_model_version(inputs.model.version);
   *plan.mutable_result() = *full;
   conversion::StripToBasic(*plan.mutable_result());

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <nlohmann/json.hpp>
 #include <regex>
 #include <sstream>
 #include <string>
@@ -116,6 +117,43 @@ TEST(SimulatedJob, DigitisesTheFlat) {
   EXPECT_EQ(server.Stop(SIGTERM), 0) << server.Log();
 }
 
+// What the demonstration does, quickly: a page of pictures, the planner's own end, an oracle beside
+// it.
+TEST(SimulatedJob, GoesOnUntilAnotherScanIsNotWorthIt) {
+  ServerProcess server;
+  ASSERT_FALSE(server.address().empty());
+  const ScratchFolder folder;
+  const std::vector<std::string> same = {"simulate", "--scene", "two-rooms", "--seed", "3",
+                                         "--step",   "1",       "--density", "150",    "--json"};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), same.begin(), same.end());
+    return more;
+  };
+  const Finished oracle = Vantage(server, with({"--oracle", "--scans", "4"}));
+  ASSERT_EQ(oracle.exit_code, 0) << oracle.error;
+  std::ofstream(folder.File("oracle.json")) << oracle.out;
+  const Finished finished =
+      Vantage(server, with({"--until-done", "--worth", "40", "--work", "1000000", "--pictures",
+                            folder.path(), "--compare", folder.File("oracle.json")}));
+  ASSERT_EQ(finished.exit_code, 0) << finished.out << finished.error;
+  const std::string last = finished.out.substr(finished.out.rfind("{\"session\""));
+  const nlohmann::json end = nlohmann::json::parse(last);
+  EXPECT_EQ(end["plannerStopped"], true) << finished.out;
+  EXPECT_GT(end["attainedShare"], 0.3);
+  EXPECT_LT(end["scanCount"], 30);
+  const std::string page = Contents(folder.File("index.html"));
+  EXPECT_THAT(page, HasSubstr("the oracle"));
+  EXPECT_THAT(page, HasSubstr("cycle-01.png"));
+  EXPECT_THAT(page, HasSubstr("the planner suggests to stop"));
+  // Another job's oracle is none.
+  const Finished other = Vantage(server, {"simulate", "--scene", "flat", "--seed", "3", "--step",
+                                          "1", "--density", "150", "--scans", "1", "--pictures",
+                                          folder.path(), "--compare", folder.File("oracle.json")});
+  EXPECT_EQ(other.exit_code, 0) << other.error;
+  EXPECT_THAT(other.error, HasSubstr("the oracle of another job"));
+  EXPECT_THAT(Contents(folder.File("index.html")), Not(HasSubstr("the oracle")));
+}
+
 // Scans reach the server two stations late: each counts as scanned as soon as it is made, so that
 // the same place is not planned twice, and nothing waits when the day is over.
 TEST(SimulatedJob, ScansThatComeLateCountAsMade) {
@@ -125,7 +163,7 @@ TEST(SimulatedJob, ScansThatComeLateCountAsMade) {
       server, {"simulate", "--scene", "flat", "--seed", "3", "--scans", "5", "--step", "1",
                "--density", "150", "--work", "1500000", "--session", "flat", "--late", "2"});
   ASSERT_EQ(finished.exit_code, 0) << finished.out << finished.error;
-  EXPECT_THAT(finished.out, HasSubstr("5 scans made, 0 lost."));
+  EXPECT_THAT(finished.out, HasSubstr("In: 5 scans, 0 lost;"));
   const v1::ListScansResponse listed = Scans(server, "flat");
   ASSERT_EQ(listed.scans_size(), 5);
   for (int i = 0; i < listed.scans_size(); ++i) {

@@ -12,10 +12,10 @@ declare -A packages=(
     libpcl-sample-consensus1.13 libpcl-features1.13 libpcl-filters1.13 libpcl-segmentation1.13
     libpcl-registration1.13"
   [service]="libgrpc++-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc
-    libsqlite3-dev libmicrohttpd-dev libqrencode-dev zlib1g-dev nlohmann-json3-dev libcpp-jwt-dev libpng-dev libcairo2-dev fonts-dejavu-core"
+    libsqlite3-dev libmicrohttpd-dev libqrencode-dev zlib1g-dev nlohmann-json3-dev libtomlplusplus-dev libcpp-jwt-dev libpng-dev libcairo2-dev fonts-dejavu-core"
   [study]="coinor-cbc" # the fewest positions, by integer programming
   # HAProxy: who calls is known behind it.
-  [test]="coinor-cbc python3-grpcio haproxy openssl"
+  [test]="coinor-cbc python3-grpcio haproxy openssl zsh fish"
   [format]="git clang-format-14"
   [shell]="git shellcheck"
   [tidy]="git clang-14 clang-tidy-14 python3"
@@ -30,6 +30,7 @@ declare -A packages=(
   # What really runs the image, and checks what it is deployed with.
   [containers]="podman runc debootstrap haproxy openssl python3-grpcio python3-yaml"
   [deploy]="haproxy openssl docker-compose python3-yaml systemd"
+  [pages]="openssl curl python3 jq help2man man-db groff-base" # what the commands of the pages use besides
   [npm]="nodejs npm"
   # The page in browsers: in Chromium, and in the engine of many tablets, which needs a display.
   [web]="chromium fonts-dejavu-core"
@@ -196,7 +197,7 @@ install() {
       unpack_pcl_headers
       ;;
     bench) install build ;;
-    test | study | package | tidy | sanitizers | attack)
+    test | study | package | tidy | sanitizers | attack | pages)
       install build
       install_packages "$1"
       ;;

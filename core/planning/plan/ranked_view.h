@@ -24,12 +24,15 @@ struct WallOffset {
   Eigen::Vector3d wall_normal;  // unit, horizontal, towards the candidate
   double distance = 0;          // m
 };
+// As descriptions call it. Who knows by which name its scan goes puts that in its place.
+inline constexpr char kLastStation[] = "the last station";
+
 struct LocationDescription {
   std::vector<WallOffset> walls;                // two distinct walls where there are any
   std::optional<double> last_station_distance;  // m, horizontally; absent before the first one
   std::optional<double> last_station_bearing;   // rad, counter-clockwise from the model's +x
-  std::string
-      description;  // 'from station 2: 1.84 m towards ...; 1.10 m and 2.35 m from the walls'
+  std::string description;  // '1.84 m from the last station at a bearing of ...; 1.10 m from the
+                            // wall on ...'
 };
 
 // The connected viewcells around a candidate that score at least 95 % of it.

@@ -192,9 +192,8 @@ LocationDescription DescribeLocation(const PlanningProblem& problem, const Ranke
     const double bearing = std::atan2(offset.y(), offset.x());
     location.last_station_distance = distance;
     location.last_station_bearing = bearing;
-    parts.push_back(absl::StrFormat("%.2f m from station %d at a bearing of %.0f degrees from +x",
-                                    distance, static_cast<int>(model.stations().size()),
-                                    sensor::Degrees(bearing)));
+    parts.push_back(absl::StrFormat("%.2f m from %s at a bearing of %.0f degrees from +x", distance,
+                                    kLastStation, sensor::Degrees(bearing)));
   }
   // First the wall that most rays meet, then the best one across it.
   const std::vector<Wall> walls = WallsAround(model, view.position);

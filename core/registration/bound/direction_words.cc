@@ -13,16 +13,16 @@ namespace {
 
 // An undirected axis: within 20 degrees of a coordinate axis it gets that name.
 struct AxisWords {
-  std::string along;   // 'x (east-west)'
-  std::string facing;  // 'east or west'
+  std::string along;   // 'x': where the job's axes point is nobody's but the job's to say
+  std::string facing;  // '+x or -x'
   bool vertical = false;
 };
 
 AxisWords NameAxis(Eigen::Vector3d axis) {
   axis.normalize();
   constexpr double kNear = 0.94;  // cos 20 degrees
-  if (std::abs(axis.x()) > kNear) return {"x (east-west)", "east or west", false};
-  if (std::abs(axis.y()) > kNear) return {"y (north-south)", "north or south", false};
+  if (std::abs(axis.x()) > kNear) return {"x", "+x or -x", false};
+  if (std::abs(axis.y()) > kNear) return {"y", "+y or -y", false};
   if (std::abs(axis.z()) > kNear) return {"z (up-down)", "up or down", true};
   double bearing = sensor::Degrees(std::atan2(axis.y(), axis.x()));
   if (bearing < 0) bearing += 180.0;

@@ -8,7 +8,7 @@
 
 namespace vantage::registration {
 
-// The weakest direction as a surveyor would say it: 'sliding along x (east-west)', 'turning about
+// The weakest direction as a surveyor would say it: 'sliding along x', 'turning about
 // the vertical'. `reach` (m) is half the overlap's diagonal: what a rotation displaces at its edge.
 struct DirectionWords {
   std::string direction;

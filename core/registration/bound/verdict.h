@@ -28,7 +28,7 @@ struct RegistrationVerdict {
   double strength = 0;        // weakest over strongest direction, [0, 1]
   sensor::Vector6d weakest =
       sensor::Vector6d::Zero();  // pose change [rad; m], about the overlap's centroid
-  std::string weakest_words;     // 'sliding along x (east-west)'
+  std::string weakest_words;     // 'sliding along x'
   // What decided: one basis, or the guarantees that suffice together. Empty before it was judged.
   std::vector<RegistrationBasis> bases;
   // Where the required accuracy cannot be met with the instrument, however much overlaps: the bound

@@ -87,7 +87,7 @@ TEST(Register, CorridorIsRefusedAlongItsAxis) {
   const auto result = Register(*model, scan, prior, {}, serial);
   ASSERT_TRUE(result.ok()) << result.status();
   EXPECT_FALSE(result->verdict.registered());
-  EXPECT_EQ(result->verdict.weakest_words, "sliding along x (east-west)");
+  EXPECT_EQ(result->verdict.weakest_words, "sliding along x");
   EXPECT_FALSE(result->verdict.reason.empty());
   EXPECT_FALSE(result->verdict.remedy.empty());
   // What is constrained is right all the same.
