@@ -8,4 +8,4 @@ source "$(dirname "${BASH_SOURCE[0]}")/prelude.sh"
 }
 "$stages/build.sh" release vantaged vantage
 PATH=$root/build/release/server:$root/build/release/client/cli:$root/build/node/node_modules/.bin:$PATH \
-  exec python3 -B "$stages/calls.py" "$root/server/calls.md" "$root/server/rpc/call/rules.h"
+  exec python3 -B "$stages/page_lines.py" --methods "$root/server/rpc/call/rules.h" "$root/server/calls.md"
