@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "client/cli/command.h"
 #include "client/cli/completion_script.h"
@@ -135,7 +136,11 @@ void PrintCompletions(CLI::App& program, Environment& environment,
             : found.paths == Completions::Paths::kFolders ? ":folders"
                                                           : ":none");
   for (const Candidate& candidate : found.candidates) {
-    std::printf("%s\t%s\n", candidate.word.c_str(), candidate.description.c_str());
+    // What people named may have lines and tabs, which mean something here and to a shell.
+    if (std::any_of(candidate.word.begin(), candidate.word.end(), absl::ascii_iscntrl)) continue;
+    std::string description = candidate.description;
+    std::replace_if(description.begin(), description.end(), absl::ascii_iscntrl, ' ');
+    std::printf("%s\t%s\n", candidate.word.c_str(), description.c_str());
   }
 }
 

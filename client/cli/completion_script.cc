@@ -6,7 +6,7 @@ const char kBashCompletion[] =
     R"SCRIPT(# bash completion for vantage: put it into /usr/share/bash-completion/completions/vantage, or
 # source <(vantage completion bash)
 _vantage() {
-  local IFS=$'\n' typed=() word glue='' current reply line
+  local typed=() lines=() paths=() word glue='' current reply line
   # bash takes words apart at ':' and '=', which are in addresses and options.
   for word in "${COMP_WORDS[@]:1:COMP_CWORD}"; do
     if [[ $word == [:=]* && ${#typed[@]} -gt 0 ]]; then
@@ -24,20 +24,24 @@ _vantage() {
   COMPREPLY=()
   reply=$("${COMP_WORDS[0]}" completion words "${typed[@]}" 2>/dev/null) || return 0
   local kind=${reply%%$'\n'*} taken=${current%"${current##*[:=]}"}
-  for line in ${reply#"$kind"}; do
+  mapfile -t lines <<<"$reply"
+  for line in "${lines[@]:1}"; do
     word=${line%%$'\t'*}
     # What stands before the last ':' or '=' is there already.
-    COMPREPLY+=("${word#"$taken"}")
+    printf -v word %q "${word#"$taken"}"
+    COMPREPLY+=("$word")
     [[ $word == */ ]] && compopt -o nospace 2>/dev/null
   done
   case $kind in
     :files)
       compopt -o filenames 2>/dev/null
-      COMPREPLY+=($(compgen -f -- "${current#"$taken"}"))
+      mapfile -t paths < <(compgen -f -- "${current#"$taken"}")
+      COMPREPLY+=("${paths[@]}")
       ;;
     :folders)
       compopt -o filenames 2>/dev/null
-      COMPREPLY+=($(compgen -d -- "${current#"$taken"}"))
+      mapfile -t paths < <(compgen -d -- "${current#"$taken"}")
+      COMPREPLY+=("${paths[@]}")
       ;;
   esac
   return 0

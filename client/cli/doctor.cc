@@ -1,5 +1,6 @@
 // What stands between a client and its server, one thing after the other.
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <fstream>
 #include <sstream>
@@ -16,6 +17,7 @@
 #include "client/cli/json.h"
 #include "client/cli/terminal.h"
 #include "client/cli/tls_probe.h"
+#include "client/library/address.h"
 #include "client/library/error.h"
 
 namespace vantage::cli {
@@ -136,7 +138,7 @@ class Examination {
     address_ = *address;
     if (!address_.port.empty()) {
       waiting_.Show(absl::StrCat("looking up ", address_.host), kPatience);
-      const auto addresses = Resolve(address_);
+      const auto addresses = Resolve(address_, kPatience);
       if (!addresses.ok()) {
         return Say("name", addresses.status(),
                    "correct the name, or ask whoever runs the network (VPN? DNS?)");
@@ -161,6 +163,10 @@ class Examination {
     }
     waiting_.Show("shaking hands", kPatience);
     const auto shown = ShakeHands(address_, options_, kPatience);
+    if (absl::IsUnavailable(shown.status())) {
+      return Say("certificate", Finding::kFault, std::string(shown.status().message()),
+                 "look whether a server of ours runs there, and behind a proxy whether it is up");
+    }
     if (!shown.ok()) {
       return Say("certificate", shown.status(),
                  "correct --tls-ca, --tls-cert or --tls-key, or the configuration file");
@@ -172,12 +178,11 @@ class Examination {
                    "leave --tls-ca out if it is not encrypted; name --tls-cert and --tls-key if it "
                    "asks for a certificate");
       }
-      const bool here = address_.host == "localhost" || address_.host == "::1" ||
-                        absl::StartsWith(address_.host, "127.");
-      return here ? Say("certificate", Finding::kOk, "not encrypted, and within this machine")
-                  : Say("certificate", Finding::kWarning,
-                        "not encrypted: everyone on the way can read and change what is sent",
-                        "have the server's operator set up TLS, and name its --tls-ca");
+      return client::StaysOnThisMachine(options_.server)
+                 ? Say("certificate", Finding::kOk, "not encrypted, and within this machine")
+                 : Say("certificate", Finding::kWarning,
+                       "not encrypted: everyone on the way can read and change what is sent",
+                       "have the server's operator set up TLS, and name its --tls-ca");
     }
     const Certificate& certificate = **shown;
     const std::string names =
@@ -365,6 +370,8 @@ absl::StatusOr<ExitCode> RunDoctor(Environment& environment, const DoctorArgumen
   // What is found is said, not waited for.
   environment.connection.attempts = 1;
   environment.connection.timeout = std::min(environment.connection.timeout, 10.0);
+  // Who hangs up in the middle of a handshake is a finding.
+  std::signal(SIGPIPE, SIG_IGN);
   Examination examination(environment, arguments);
   const bool sound = examination.Run();
   if (arguments.json) {

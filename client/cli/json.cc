@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <vector>
 
+#include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
@@ -80,7 +81,7 @@ absl::Status SetField(Message& message, const std::string& path, const std::stri
     }
     const bool quoted = field->cpp_type() == FieldDescriptor::CPPTYPE_STRING &&
                         (value.empty() || (value.front() != '"' && value.front() != '\''));
-    const std::string text = quoted ? absl::StrCat("\"", value, "\"") : value;
+    const std::string text = quoted ? absl::StrCat("\"", absl::CEscape(value), "\"") : value;
     if (field->is_repeated()) at->GetReflection()->ClearField(at, field);
     google::protobuf::TextFormat::Parser parser;
     SilentErrors silent;  // the error is reported below

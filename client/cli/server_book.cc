@@ -55,8 +55,10 @@ absl::StatusOr<NamedServer> ServerFrom(const std::string& path, const std::strin
     const std::string key(toml_key.str());
     if (key == "timeout_s") {
       const std::optional<double> seconds = node.value<double>();
-      if (!node.is_number() || !(*seconds > 0)) {
-        return Wrong(path, node.source(), "'timeout_s' has to be a number of seconds above 0",
+      constexpr double kDay = 86'400;
+      if (!node.is_number() || !seconds || !(*seconds > 0 && *seconds <= kDay)) {
+        return Wrong(path, node.source(),
+                     "'timeout_s' has to be a number of seconds above 0, at most a day",
                      "write it without quotes: timeout_s = 30");
       }
       server.timeout = seconds;

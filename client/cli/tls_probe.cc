@@ -1,5 +1,6 @@
 #include "client/cli/tls_probe.h"
 
+#include <arpa/inet.h>
 #include <fcntl.h>
 #include <netdb.h>
 #include <openssl/err.h>
@@ -11,13 +12,18 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <memory>
+#include <thread>
+#include <utility>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
+#include "absl/synchronization/notification.h"
+#include "absl/time/time.h"
 
 namespace vantage::cli {
 namespace {
@@ -40,16 +46,39 @@ class Socket {
 
 using Found = std::unique_ptr<addrinfo, decltype(&freeaddrinfo)>;
 
-absl::StatusOr<Found> LookUp(const HostPort& address) {
-  addrinfo hints{};
-  hints.ai_socktype = SOCK_STREAM;
-  addrinfo* first = nullptr;
-  const int failed = getaddrinfo(address.host.c_str(), address.port.c_str(), &hints, &first);
-  if (failed != 0) {
+// What a look-up comes to, shared with the thread that waits for it.
+struct LookedUp {
+  absl::Notification done;
+  int failed = 0;
+  Found first{nullptr, &freeaddrinfo};
+};
+
+// The resolver takes its own time where name servers are silent, and cannot be stopped: after
+// `seconds` it is left alone.
+absl::StatusOr<Found> LookUp(const HostPort& address, double seconds) {
+  const auto found = std::make_shared<LookedUp>();
+  std::thread([found, address] {
+    addrinfo hints{};
+    hints.ai_socktype = SOCK_STREAM;
+    addrinfo* first = nullptr;
+    found->failed = getaddrinfo(address.host.c_str(), address.port.c_str(), &hints, &first);
+    if (found->failed == 0) found->first.reset(first);
+    found->done.Notify();
+  }).detach();
+  if (!found->done.WaitForNotificationWithTimeout(absl::Seconds(seconds))) {
     return absl::NotFoundError(
-        absl::StrCat("the name ", address.host, " is not known: ", gai_strerror(failed)));
+        absl::StrCat("nobody says what the name ", address.host, " stands for: no answer"));
   }
-  return Found(first, &freeaddrinfo);
+  if (found->failed != 0) {
+    return absl::NotFoundError(
+        absl::StrCat("the name ", address.host, " is not known: ", gai_strerror(found->failed)));
+  }
+  return std::move(found->first);
+}
+
+Clock::time_point After(double seconds) {
+  return Clock::now() +
+         std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
 }
 
 bool Wait(int descriptor, short events, Clock::time_point until) {  // NOLINT(google-runtime-int)
@@ -75,7 +104,8 @@ absl::StatusOr<Socket> ConnectTo(int family, const sockaddr* to, socklen_t size,
   return socket;
 }
 
-absl::StatusOr<Socket> Connect(const HostPort& address, Clock::time_point until) {
+// Each of a name's addresses has its share of the patience: the first may be a dead end.
+absl::StatusOr<Socket> Connect(const HostPort& address, double seconds) {
   if (address.port.empty()) {
     sockaddr_un to{};
     to.sun_family = AF_UNIX;
@@ -83,13 +113,16 @@ absl::StatusOr<Socket> Connect(const HostPort& address, Clock::time_point until)
       return absl::UnavailableError("the path of the socket is too long");
     }
     std::copy(address.host.begin(), address.host.end(), to.sun_path);
-    return ConnectTo(AF_UNIX, reinterpret_cast<const sockaddr*>(&to), sizeof to, until);
+    return ConnectTo(AF_UNIX, reinterpret_cast<const sockaddr*>(&to), sizeof to, After(seconds));
   }
-  const absl::StatusOr<Found> found = LookUp(address);
+  const absl::StatusOr<Found> found = LookUp(address, seconds);
   if (!found.ok()) return found.status();
+  int addresses = 0;
+  for (const addrinfo* at = found->get(); at != nullptr; at = at->ai_next) ++addresses;
   absl::Status why = absl::UnavailableError("it has no address");
   for (const addrinfo* at = found->get(); at != nullptr; at = at->ai_next) {
-    absl::StatusOr<Socket> socket = ConnectTo(at->ai_family, at->ai_addr, at->ai_addrlen, until);
+    absl::StatusOr<Socket> socket =
+        ConnectTo(at->ai_family, at->ai_addr, at->ai_addrlen, After(seconds / addresses));
     if (socket.ok()) return socket;
     why = socket.status();
   }
@@ -103,18 +136,21 @@ std::string LastTlsError() {
   return words == nullptr ? "no reason is given" : words;
 }
 
+enum class Handshaken { kDone, kNoTls, kSilent, kHungUp };
+
 // One step of the handshake after the other.
-bool Handshake(SSL* tls, int descriptor, Clock::time_point until) {
+Handshaken Handshake(SSL* tls, int descriptor, Clock::time_point until) {
   while (true) {
     const int done = SSL_connect(tls);
-    if (done == 1) return true;
+    if (done == 1) return Handshaken::kDone;
     const int wants = SSL_get_error(tls, done);
     if (wants == SSL_ERROR_WANT_READ) {
-      if (!Wait(descriptor, POLLIN, until)) return false;
+      if (!Wait(descriptor, POLLIN, until)) return Handshaken::kSilent;
     } else if (wants == SSL_ERROR_WANT_WRITE) {
-      if (!Wait(descriptor, POLLOUT, until)) return false;
+      if (!Wait(descriptor, POLLOUT, until)) return Handshaken::kSilent;
     } else {
-      return false;
+      // A server without TLS says something else, ours the beginning of HTTP/2.
+      return BIO_number_read(SSL_get_rbio(tls)) == 0 ? Handshaken::kHungUp : Handshaken::kNoTls;
     }
   }
 }
@@ -161,8 +197,8 @@ absl::StatusOr<HostPort> ParseAddress(const std::string& server) {
   return absl::InvalidArgumentError(absl::StrCat("'", server, "' is no address"));
 }
 
-absl::StatusOr<std::vector<std::string>> Resolve(const HostPort& address) {
-  const absl::StatusOr<Found> found = LookUp(address);
+absl::StatusOr<std::vector<std::string>> Resolve(const HostPort& address, double seconds) {
+  const absl::StatusOr<Found> found = LookUp(address, seconds);
   if (!found.ok()) return found.status();
   std::vector<std::string> addresses;
   for (const addrinfo* at = found->get(); at != nullptr; at = at->ai_next) {
@@ -176,16 +212,12 @@ absl::StatusOr<std::vector<std::string>> Resolve(const HostPort& address) {
 }
 
 absl::Status Reach(const HostPort& address, double seconds) {
-  return Connect(address, Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                                             std::chrono::duration<double>(seconds)))
-      .status();
+  return Connect(address, seconds).status();
 }
 
 absl::StatusOr<std::optional<Certificate>> ShakeHands(const HostPort& address,
                                                       const client::ClientOptions& options,
                                                       double seconds) {
-  const auto until = Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                                        std::chrono::duration<double>(seconds));
   const std::unique_ptr<SSL_CTX, decltype(&SSL_CTX_free)> context(SSL_CTX_new(TLS_client_method()),
                                                                   &SSL_CTX_free);
   if (!options.tls_ca.empty() &&
@@ -207,23 +239,30 @@ absl::StatusOr<std::optional<Certificate>> ShakeHands(const HostPort& address,
   SSL_CTX_set_verify(context.get(), SSL_VERIFY_NONE, nullptr);
   const unsigned char http2[] = {2, 'h', '2'};
   SSL_CTX_set_alpn_protos(context.get(), http2, sizeof http2);
-  const absl::StatusOr<Socket> socket = Connect(address, until);
+  const absl::StatusOr<Socket> socket = Connect(address, seconds);
   if (!socket.ok()) return socket.status();
   const std::unique_ptr<SSL, decltype(&SSL_free)> tls(SSL_new(context.get()), &SSL_free);
-  const bool numeric =
-      address.host.find_first_not_of("0123456789.:abcdefABCDEF") == std::string::npos &&
-      address.host.find_first_of(".:") != std::string::npos;
-  if (numeric) {
-    X509_VERIFY_PARAM_set1_ip_asc(SSL_get0_param(tls.get()), address.host.c_str());
-  } else {
-    SSL_set_tlsext_host_name(tls.get(), address.host.c_str());
-    SSL_set1_host(tls.get(), address.host.c_str());
+  in6_addr numeric{};
+  const bool is_numeric = inet_pton(AF_INET, address.host.c_str(), &numeric) == 1 ||
+                          inet_pton(AF_INET6, address.host.c_str(), &numeric) == 1;
+  const bool asked = is_numeric ? X509_VERIFY_PARAM_set1_ip_asc(SSL_get0_param(tls.get()),
+                                                                address.host.c_str()) == 1
+                                : SSL_set_tlsext_host_name(tls.get(), address.host.c_str()) == 1 &&
+                                      SSL_set1_host(tls.get(), address.host.c_str()) == 1;
+  if (!asked) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("no certificate can be for '", address.host, "'"));
   }
   SSL_set_fd(tls.get(), socket->get());
-  if (!Handshake(tls.get(), socket->get(), until)) {
-    ERR_clear_error();
-    return std::optional<Certificate>();
+  const Handshaken outcome = Handshake(tls.get(), socket->get(), After(seconds));
+  ERR_clear_error();
+  if (outcome == Handshaken::kSilent) {
+    return absl::UnavailableError("whoever listens there takes connections and says nothing");
   }
+  if (outcome == Handshaken::kHungUp) {
+    return absl::UnavailableError("whoever listens there takes connections and hangs up at once");
+  }
+  if (outcome == Handshaken::kNoTls) return std::optional<Certificate>();
   const std::unique_ptr<X509, decltype(&X509_free)> shown(SSL_get1_peer_certificate(tls.get()),
                                                           &X509_free);
   if (shown == nullptr) return std::optional<Certificate>();

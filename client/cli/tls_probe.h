@@ -21,8 +21,8 @@ struct HostPort {
 // HOST:PORT, [HOST]:PORT or unix:PATH. INVALID_ARGUMENT: none of these.
 absl::StatusOr<HostPort> ParseAddress(const std::string& server);
 
-// The numeric addresses that a name stands for. NOT_FOUND: none.
-absl::StatusOr<std::vector<std::string>> Resolve(const HostPort& address);
+// The numeric addresses that a name stands for. NOT_FOUND: none, or no answer within `seconds`.
+absl::StatusOr<std::vector<std::string>> Resolve(const HostPort& address, double seconds);
 
 // Connects and hangs up. UNAVAILABLE says why not. `seconds`: patience.
 absl::Status Reach(const HostPort& address, double seconds);
@@ -35,7 +35,8 @@ struct Certificate {
 };
 
 // Shakes hands by TLS. Nothing: whoever listens there does not speak it. Without `options.tls_ca`
-// nothing is trusted. INVALID_ARGUMENT: the files of the options cannot be used.
+// nothing is trusted. INVALID_ARGUMENT: the files of the options cannot be used. UNAVAILABLE:
+// nothing answers, or what does hangs up. A program that asks ignores SIGPIPE.
 absl::StatusOr<std::optional<Certificate>> ShakeHands(const HostPort& address,
                                                       const client::ClientOptions& options,
                                                       double seconds);

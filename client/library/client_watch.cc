@@ -261,17 +261,19 @@ absl::StatusOr<std::string> Client::ExportBytes(const v1::ExportModelRequest& re
 }
 
 absl::StatusOr<std::string> Client::ExportBytes(const v1::ExportReportRequest& request) {
-  LoadingWait loading(wire_->options);
-  while (true) {
-    absl::StatusOr<std::string> page =
-        WholeFile(wire_->options.give_up_after, [&](auto sink) -> absl::StatusOr<std::string> {
-          grpc::ClientContext context;
-          if (absl::Status prepared = wire_->Prepare(context); !prepared.ok()) return prepared;
-          return ReceiveFile(*wire_, context, wire_->model->ExportReport(&context, request), sink,
-                             [](const ExportProgress&) {});
-        });
-    if (page.ok() || !loading.After(page.status())) return page;
-  }
+  const auto receive = [&](auto sink) -> absl::StatusOr<std::string> {
+    LoadingWait loading(wire_->options);
+    while (true) {
+      grpc::ClientContext context;
+      if (absl::Status prepared = wire_->Prepare(context); !prepared.ok()) return prepared;
+      // A server that has to load the model says so before anything comes.
+      absl::StatusOr<std::string> page =
+          ReceiveFile(*wire_, context, wire_->model->ExportReport(&context, request), sink,
+                      [](const ExportProgress&) {});
+      if (page.ok() || !loading.After(page.status())) return page;
+    }
+  };
+  return WholeFile(wire_->options.give_up_after, receive);
 }
 
 }  // namespace vantage::client

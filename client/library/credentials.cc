@@ -7,6 +7,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "client/library/address.h"
 
 namespace vantage::client {
 namespace {
@@ -17,11 +18,6 @@ absl::StatusOr<std::string> ReadText(const std::string& path) {
   text << file.rdbuf();
   if (!file.good()) return absl::NotFoundError(absl::StrCat("cannot read ", path));
   return std::move(text).str();
-}
-
-bool StaysOnThisMachine(const std::string& server) {
-  return absl::StartsWith(server, "127.") || absl::StartsWith(server, "localhost:") ||
-         absl::StartsWith(server, "[::1]:") || absl::StartsWith(server, "unix:");
 }
 
 }  // namespace

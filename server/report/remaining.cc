@@ -125,8 +125,13 @@ Html Places(const JobRecord& job, const Words& say) {
                      {say(Text::kWhyColumn)},
                      {say(Text::kSizeColumn), Column::kNumber},
                      {say(Text::kAreaColumn), Column::kNumber}});
-    for (int i = 0; i < std::min(kMostPlaces, job.coverage.patches_size()); ++i) {
-      const v1::Patch& patch = job.coverage.patches(i);
+    // The contract has the most important ones first.
+    std::vector<v1::Patch> largest(job.coverage.patches().begin(), job.coverage.patches().end());
+    std::stable_sort(largest.begin(), largest.end(), [](const v1::Patch& a, const v1::Patch& b) {
+      return a.area_m2() > b.area_m2();
+    });
+    largest.resize(std::min<size_t>(largest.size(), kMostPlaces));
+    for (const v1::Patch& patch : largest) {
       table.Add({say.Place(patch.centre()), storey_of(patch.centre().z()),
                  say(KindText(patch.kind())),
                  absl::StrCat(say.Number(patch.length_u_m(), 1), " \u00d7 ",

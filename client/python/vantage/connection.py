@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import ipaddress
 import pathlib
 import time
 import uuid
@@ -11,7 +12,7 @@ from typing import Any, Dict, Iterator, Optional, Tuple, Union
 import grpc
 
 from vantage.errors import VantageError, from_rpc
-from vantage.resumption import Backoff
+from vantage.resumption import Backoff, LoadingWait
 from vantage.v1 import (fleet_service_pb2, fleet_service_pb2_grpc, model_service_pb2,
                         model_service_pb2_grpc, plan_service_pb2, plan_service_pb2_grpc,
                         scan_service_pb2, scan_service_pb2_grpc, session_service_pb2,
@@ -53,6 +54,12 @@ class Options:
     """Of a unary call while the server is unavailable."""
     give_up_after: float = 120.0
     """s without any progress, of uploads and watches."""
+    loading_patience: float = 900.0
+    """s that a server may take to load the model of a job, as after a restart, beside the others."""
+
+    def __post_init__(self) -> None:
+        if self.attempts < 1:
+            raise ValueError(f"attempts: at least 1, not {self.attempts}")
 
 
 class Connection:
@@ -96,16 +103,22 @@ class Connection:
             copy.CopyFrom(request)
             request = copy
             request.request_id = uuid.uuid4().hex
+        loading = LoadingWait(self.options.loading_patience)
         deadline = time.monotonic() + self.options.timeout
         backoff = Backoff()
-        for attempt in range(self.options.attempts):
+        attempt = 1
+        while True:
             try:
                 return method(request, timeout=max(0.0, deadline - time.monotonic()),
                               metadata=self.metadata())
             except grpc.RpcError as error:
                 failure = self.failure(error)
-            if not failure.transient or attempt + 1 == self.options.attempts:
+            if loading.after(failure):
+                deadline = time.monotonic() + self.options.timeout
+                continue
+            if not failure.transient or attempt == self.options.attempts:
                 break
+            attempt += 1
             wait = backoff.next(failure.retry_seconds)
             if time.monotonic() + wait > deadline:
                 break
@@ -134,7 +147,12 @@ class Connection:
 
 
 def _stays_here(server: str) -> bool:
-    return server.startswith(("127.", "localhost:", "[::1]:", "unix:"))
+    if server.startswith(("localhost:", "[::1]:", "unix:")):
+        return True
+    try:  # a name may begin with 127., too
+        return ipaddress.IPv4Address(server.rpartition(":")[0]).is_loopback
+    except ValueError:
+        return False
 
 
 def _channel(options: Options) -> grpc.Channel:

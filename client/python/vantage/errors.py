@@ -106,7 +106,7 @@ def from_rpc(error: grpc.RpcError, server: str) -> VantageError:
             made.cause = f"the server at {server} did not answer in time"
     if made.violations:
         made.fix = "correct the fields named above"
-    elif made.retry_seconds is not None and code is grpc.StatusCode.RESOURCE_EXHAUSTED:
+    elif made.retry_seconds is not None and made.transient and made.reason:
         made.fix = f"try again in {made.retry_seconds:.1f} s"
     else:
         made.fix = made.fix or _FIXES.get(code, "")

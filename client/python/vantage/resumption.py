@@ -44,3 +44,23 @@ class Resumption:
         if not failure.transient or time.monotonic() - self._last_progress > self._give_up_after:
             raise failure
         time.sleep(self._backoff.next(failure.retry_seconds))
+
+
+class LoadingWait:
+    """Patience, s, with a server that has to load the model of a job first. Of one call, all its
+    attempts."""
+
+    def __init__(self, patience: float) -> None:
+        self._patience = patience
+        self._since: Optional[float] = None
+
+    def after(self, failure: VantageError) -> bool:
+        """True, after a wait, where that is why the call failed, and it is to be made again."""
+        if failure.reason != "MODEL_LOADING":
+            return False
+        now = time.monotonic()
+        self._since = now if self._since is None else self._since
+        if now - self._since > self._patience:
+            return False
+        time.sleep(min(5.0, max(0.05, failure.retry_seconds or 1.0)))
+        return True

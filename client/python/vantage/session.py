@@ -165,13 +165,31 @@ class Session:
     def export(self, kind: "model_service_pb2.ExportFormat", path: Path, scans: Sequence[str] = ()) -> int:
         """Writes the model to a file (vantage.v1.model_service_pb2.EXPORT_FORMAT_...); how many
         bytes. The file is there when it is whole. DataLoss: damaged on its way."""
-        path = pathlib.Path(path)
-        begun = path.with_name(path.name + ".part")
-        request = model_service_pb2.ExportModelRequest(name=self.name, format=kind, scans=scans)
+        return _save(path, watch.exported(self._connection, model_service_pb2.ExportModelRequest(
+            name=self.name, format=kind, scans=scans)))
+
+    def report(self, path: Path, *, language: str = "en", utc_offset: float = 0,
+               required_coverage: Optional[float] = None) -> int:
+        """Writes the job's report, one HTML file that needs nothing else; how many bytes. `language`:
+        "en" or "de"; `utc_offset`: s, whole minutes, added to the times in it; `required_coverage`:
+        the share of a region's attainable surface that has to be at density for it to count as met,
+        (0, 1], 0.95 if absent. The file is there when it is whole. DataLoss: damaged on its way."""
+        return _save(path, watch.exported(self._connection, model_service_pb2.ExportReportRequest(
+            name=self.name, language=language, utc_offset=_duration(utc_offset),
+            required_coverage=required_coverage)))
+
+
+def _save(path: Path, pieces: Iterator[bytes]) -> int:
+    path = pathlib.Path(path)
+    begun = path.with_name(path.name + ".part")
+    try:
         with begun.open("wb") as file:
-            size = sum(file.write(piece) for piece in watch.exported(self._connection, request))
+            size = sum(file.write(piece) for piece in pieces)
         begun.replace(path)
-        return size
+    except BaseException:
+        begun.unlink(missing_ok=True)
+        raise
+    return size
 
 
 def _prior(given: Optional[Prior]) -> Optional[geometry_pb2.PosePrior]:

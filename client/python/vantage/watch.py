@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, Callable, Iterator
+from typing import Any, Callable, Iterator, Union
 
 import grpc
 
 from vantage.connection import Connection
 from vantage.crc32c import crc32c
 from vantage.errors import DataLoss, Unavailable, VantageError
-from vantage.resumption import Resumption
+from vantage.resumption import LoadingWait, Resumption
 from vantage.v1 import event_pb2, model_service_pb2, plan_pb2, plan_service_pb2, session_service_pb2
 
 ENDED = (plan_pb2.PLAN_STATE_SUCCEEDED, plan_pb2.PLAN_STATE_CANCELLED, plan_pb2.PLAN_STATE_FAILED)
@@ -26,6 +26,18 @@ def _answers(connection: Connection, method: Any, request: Any) -> Iterator[Any]
         stream.cancel()
 
 
+def _loaded(connection: Connection, method: Any, request: Any) -> Iterator[Any]:
+    """The same; begun again while the server loads the model, before which nothing comes."""
+    loading = LoadingWait(connection.options.loading_patience)
+    while True:
+        try:
+            yield from _answers(connection, method, request)
+            return
+        except VantageError as failure:
+            if not loading.after(failure):
+                raise
+
+
 def _resumed(connection: Connection, method: Any, request: Callable[[], Any],
              ended: Callable[[], bool] = lambda: False) -> Iterator[Any]:
     """One stream after the other, until `ended`; heartbeats count as progress and are left out."""
@@ -34,8 +46,9 @@ def _resumed(connection: Connection, method: Any, request: Callable[[], Any],
         failure: VantageError = Unavailable("the server closed the watch")
         try:
             for answer in _answers(connection, method, request()):
-                resumption.progress()
                 yield answer
+                # Whoever asked may have worked on it for long.
+                resumption.progress()
         except VantageError as why:
             failure = why
         if ended():
@@ -64,10 +77,15 @@ def plan_revisions(connection: Connection, name: str) -> Iterator[plan_pb2.Plan]
             yield latest
 
 
-def exported(connection: Connection, request: model_service_pb2.ExportModelRequest) -> Iterator[bytes]:
+def exported(connection: Connection,
+             request: Union[model_service_pb2.ExportModelRequest, model_service_pb2.ExportReportRequest]
+             ) -> Iterator[bytes]:
     """Each piece is checked against its checksum and place. DataLoss otherwise."""
+    stub = connection.stubs["Model"]
+    of_model = isinstance(request, model_service_pb2.ExportModelRequest)
+    method = stub.ExportModel if of_model else stub.ExportReport
     received = announced = 0
-    for answer in _answers(connection, connection.stubs["Model"].ExportModel, request):
+    for answer in _loaded(connection, method, request):
         if answer.HasField("heartbeat"):
             continue
         if answer.offset != received or crc32c(answer.data) != answer.crc32c:

@@ -136,7 +136,9 @@ FloorPlan DrawFloorPlan(const PlanningView& model, const StoreyBand& storey,
     }
   });
 
-  const double wall_voxels = kWallShare * (kWallHigh - kWallLow) / model.voxel_size();
+  // Of each of the columns that stand side by side in a cell.
+  const double columns = plan.edge / model.voxel_size();
+  const double wall_voxels = columns * kWallShare * (kWallHigh - kWallLow) / model.voxel_size();
   for (size_t at = 0; at < count; ++at) {
     if (upright[at] >= wall_voxels) {
       plan.cells[at] = PlanCell::kWall;

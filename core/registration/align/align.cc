@@ -28,10 +28,6 @@ constexpr int kFineMinima = 5;           // that are refined and compared; each 
 // compared by its score, which its last digits do not change. The result is to have converged, also
 // where a weak direction takes many steps; it says whether it has.
 constexpr int kCompareSteps = 12;
-// One beside the best may still be on its way to it, along what holds it weakly: it goes on to its
-// end. m, rms over the scan's surface, as far as others are judged by how much they explain alone
-// (bound/rivals.cc).
-constexpr double kBesideBest = 0.6;
 constexpr int kFineSteps = 100;
 
 std::span<const SurfaceSample> First(const ScanSurface& surface, size_t count) {
@@ -192,24 +188,18 @@ Alignment AlignFrom(const model::PlanningView& model, const CorrespondenceField&
   SortAndKeepDistinct(few, 0.5 * kApart, minima);
   if (minima.size() > kFineMinima) minima.resize(kFineMinima);
 
-  const auto refine = [&](Minimum& m, int steps) {
+  parallel.For(minima.size(), [&](size_t i) {
     parallel::Serial serial;
-    const FineResult fine =
+    Minimum& m = minima[i];
+    m.T_world_scan =
         AlignFine(search, surface, kScoreSamples, m.T_world_scan, term_of(m.T_world_scan), config,
-                  serial, steps, WideScale(model.voxel_size()));
-    m.T_world_scan = fine.pose;
+                  serial, kCompareSteps, WideScale(model.voxel_size()))
+            .pose;
     m.score = ScorePose(search, First(surface, kScoreSamples), m.T_world_scan);
     const std::span<const SurfaceSample> in_space = First(surface, kSpaceSamples);
     const SpaceAgreement space =
         AgreementOf(in_space, CompareSamples(model, search, in_space, m.T_world_scan, serial));
     m.score *= space.Left();
-  };
-  parallel.For(minima.size(), [&](size_t i) { refine(minima[i], kCompareSteps); });
-  SortAndKeepDistinct(few, kApart, minima);
-  const Eigen::Isometry3d first = minima.front().T_world_scan;
-  parallel.For(minima.size(), [&](size_t i) {
-    if (i == 0 || SurfaceDistance(minima[i].T_world_scan, first, few) > kBesideBest) return;
-    refine(minima[i], kFineSteps);
   });
   SortAndKeepDistinct(few, kApart, minima);
 

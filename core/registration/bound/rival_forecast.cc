@@ -21,7 +21,8 @@ namespace vantage::registration {
 namespace {
 
 // A prior that leads to a twin is off, too: one in fifteen by more than so many sigma towards it.
-// People are half a metre off (PriorReach).
+// People are half a metre off (PriorReach). And where the search ends, an alignment's first stage
+// goes on by as far as it finds correspondences, or as a prior lets it that is better than that.
 constexpr double kSigmasOff = 1.5;
 constexpr double kGuessOff = 0.5;  // m
 // Between shifts that are tried, voxels: from the one nearest to a twin a wall's samples still find
@@ -174,8 +175,7 @@ std::vector<RivalPose> RivalForecast::Rivals(std::span<const OverlapElement> ove
   const std::span<const SurfaceSample> samples(surface.samples.data(),
                                                std::min(kCompareSamples, surface.samples.size()));
   const double off = config.prior_sigma > 0 ? kSigmasOff * config.prior_sigma : kGuessOff;
-  // From where the search begins, the first stage leads to a twin half a metre on.
-  const double reach = ReachOf(prior).shift + off + config.max_correspondence;
+  const double reach = ReachOf(prior).shift + off + std::min(off, config.max_correspondence);
   const std::vector<Shift> shifts = Shifts(search_, samples, position).Within(reach);
   if (shifts.empty()) return {};
 
@@ -254,10 +254,14 @@ void RivalForecast::Judge(std::span<const OverlapElement> overlap, const Eigen::
       "a scan from here would fit %.2f m away as well by all that is known (%.0f %% of what fits "
       "here)",
       rivals.front().distance, 100 * rivals.front().fit_share);
+  // Of which the reach of Rivals() ends before the nearest.
+  const double sigma =
+      std::max(nearest / (kSigmasOfPrior + 2 * kSigmasOff),
+               (nearest - config.max_correspondence) / (kSigmasOfPrior + kSigmasOff));
   verdict.remedy = absl::StrFormat(
       "say how good the priors are (%.2f m, one sigma, would tell them apart), or have this scan "
       "and one before see two targets",
-      std::floor(100 * nearest / (kSigmasOfPrior + kSigmasOff)) / 100);
+      std::floor(100 * sigma) / 100);
 }
 
 }  // namespace vantage::registration

@@ -2,9 +2,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
 
 #include "core/registration/align/align_stages.h"
 #include "core/registration/align/voxel_search.h"
@@ -21,15 +19,6 @@ constexpr size_t kDistanceSamples = 500;
 // two voxels all around it, and nothing would seem to speak against a pose.
 constexpr double kNearRival = 0.6;
 constexpr double kRivalShare = 0.85;
-// But not where things that are apart (m, edge of the cubes that count as one) hold the scan
-// against the move at the best pose alone: floor and walls that it slides along explain nine tenths
-// anywhere, and what holds it is the rest. At the pose of a twin all but what is unique holds as
-// well; so many things that were moved alike between the scans are no accident. Of a thing's
-// samples that notice the move and fit at either pose, more than half fit at the best pose alone,
-// and so many at least: a patch of a hand's width, as samples are a twentieth of a metre apart.
-constexpr double kThing = 1.0;
-constexpr int kThingsThatHold = 5;
-constexpr int kThingSamples = 4;
 // One farther off does so by explaining much less, where what holds the scan holds it there, too,
 // and nothing speaks against it: where a site repeats itself and the model ends, the right pose
 // explains less than one that lies a bay nearer to what was scanned, and unknown space refutes
@@ -65,24 +54,12 @@ class RivalEvidence {
       if (std::abs(normal.dot(move)) < kApart) continue;
       held_best_ += fits_best ? 1 : 0;
       held_rival_ += fits_rival ? 1 : 0;
-      if (!fits_best && !fits_rival) continue;
-      const Eigen::Vector3i cube = (best * point / kThing).array().floor().cast<int>();
-      Thing& thing = things_[{cube.x(), cube.y(), cube.z()}];
-      ++thing.noticing;
-      if (fits_best && !fits_rival && at_rival[i] != SampleAgreement::kNothingKnown) ++thing.alone;
-      if (fits_rival && !fits_best) --thing.alone;
     }
   }
 
   // What holds a scan against the move from one to the other holds it at the rival, too: not floor
   // and a wall alone, along which it slides into space that nobody knows.
   bool Holds() const { return held_rival_ >= kLeastHeld * held_best_; }
-  // Things apart from each other hold the scan at the best pose, and not at the rival.
-  bool HeldByThings() const {
-    return std::count_if(things_.begin(), things_.end(), [](const auto& at) {
-             return at.second.alone >= kThingSamples && 2 * at.second.alone > at.second.noticing;
-           }) >= kThingsThatHold;
-  }
   bool Refuted() const {
     return contradicts_ >= kContradictsRival * fit_ || against_ >= kRefutesRival * fit_;
   }
@@ -103,13 +80,6 @@ class RivalEvidence {
   // That fit, among those that notice the move.
   double held_best_ = 0;
   double held_rival_ = 0;
-  // The same by what they are on: that fit at either pose, and at the best alone, less those that
-  // fit at the rival alone.
-  struct Thing {
-    int noticing = 0;
-    int alone = 0;
-  };
-  std::map<std::array<int, 3>, Thing> things_;
 };
 
 }  // namespace
@@ -124,13 +94,13 @@ std::vector<RivalPose> OpenRivals(const model::PlanningView& model, const ScanSu
                                            std::min(kDistanceSamples, surface.samples.size()));
   const auto open = [&](const Minimum& rival) {
     const double explained = rival.score / alignment.score;
-    const bool near = SurfaceDistance(rival.T_world_scan, best, few) < kNearRival;
-    if (explained < (near ? kRivalShare : kLeastRivalShare)) return false;
+    if (SurfaceDistance(rival.T_world_scan, best, few) < kNearRival) return explained > kRivalShare;
+    if (explained < kLeastRivalShare) return false;
     const VoxelSearch there(model, BoxOf(surface, rival.T_world_scan));
     const RivalEvidence evidence(
         at_best.samples, best, at_best.agreements, rival.T_world_scan,
         CompareSamples(model, there, at_best.samples, rival.T_world_scan, parallel));
-    return near ? !evidence.HeldByThings() : evidence.Holds() && !evidence.Refuted();
+    return evidence.Holds() && !evidence.Refuted();
   };
   std::vector<RivalPose> rivals;
   for (const Minimum& rival : alignment.rivals) {

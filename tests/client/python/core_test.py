@@ -79,7 +79,7 @@ class CoreTest(unittest.TestCase):
         for plan in plans:
             self.assertGreater(len(plan.views), 0)
             self.assertTrue(plan.views[0].registers)
-            self.assertIn("from station 1", plan.views[0].description)
+            self.assertIn("from the last station", plan.views[0].description)
             self.assertEqual(plan.score_map.shape[1], 4)
         np.testing.assert_array_equal([v.position for v in plans[0].views],
                                       [v.position for v in plans[1].views])

@@ -136,6 +136,15 @@ class JobTest(ServedTest):
             self.assertEqual(out.stat().st_size, size)
             self.assertTrue(out.read_bytes().startswith(b"ply\n"))
             self.assertEqual(sorted(p.name for p in path.parent.iterdir()), ["job.ply", "room.xyz"])
+            report = pathlib.Path(folder, "job.html")
+            self.assertEqual(job.report(report, language="de"), report.stat().st_size)
+            self.assertIn('lang="de"', report.read_text(encoding="utf-8"))
+            before = report.read_bytes()
+            with self.assertRaises(errors.InvalidArgument) as caught:
+                job.report(report, language="xx")
+            self.assertEqual([v.field for v in caught.exception.violations], ["language"])
+            self.assertEqual(report.read_bytes(), before)
+            self.assertEqual(sorted(p.name for p in path.parent.iterdir()), ["job.html", "job.ply", "room.xyz"])
 
     def test_errors_say_all(self):
         with self.assertRaises(errors.InvalidArgument) as caught:

@@ -12,9 +12,36 @@ import room
 import vantage
 from server import Server
 from vantage import errors
+from vantage.resumption import LoadingWait
 from vantage.v1 import scan_pb2
 
 FIRST = (1.8, 1.9, 1.5)
+
+
+def unavailable(reason):
+    failure = errors.Unavailable("not now")
+    failure.reason, failure.retry_seconds = reason, 0.05
+    return failure
+
+
+class LoadingTest(unittest.TestCase):
+    def test_a_model_that_is_loaded_is_waited_for(self):
+        wait = LoadingWait(0.2)
+        begun = time.monotonic()
+        times = 0
+        while wait.after(unavailable("MODEL_LOADING")):
+            times += 1
+        self.assertTrue(2 <= times <= 5, times)
+        self.assertGreater(time.monotonic() - begun, 0.2)
+        self.assertFalse(LoadingWait(9).after(unavailable("")), "nobody is there")
+
+    def test_no_attempt_is_no_call(self):
+        with self.assertRaisesRegex(ValueError, "attempts"):
+            vantage.connect("127.0.0.1:1", attempts=0)
+
+    def test_a_token_stays_here(self):
+        with self.assertRaisesRegex(ValueError, "token_file"):
+            vantage.connect("127.example.com:443", token_file="/dev/null")
 
 
 class ResumingTest(unittest.TestCase):

@@ -73,7 +73,8 @@ STANDING_IN = {
     "rclpy": {}, "rclpy.node": {"Node": Node}, "geometry_msgs": {}, "sensor_msgs": {}, "std_srvs": {},
     "geometry_msgs.msg": {"PoseStamped": pose_stamped}, "sensor_msgs.msg": {"PointCloud2": Message},
     "std_srvs.srv": {"Trigger": Message},
-    "tf2_ros": {"Buffer": Buffer, "TransformListener": lambda buffer, node: None}}
+    "tf2_ros": {"Buffer": Buffer, "TransformException": LookupError,
+                "TransformListener": lambda buffer, node: None}}
 
 
 def page():
@@ -173,6 +174,18 @@ class NodeTest(ServedTest):
         node.sending.submit(lambda: None).result()
         self.assertIn("height 1", node.said[0])
         node.client.close()
+        # A node that was started anew: a cloud whose place tf does not have yet is left, and the next
+        # one goes to the same job, where it arrived before.
+        anew = used.ScanSender()
+        unknown = copy.copy(first)
+        unknown.header = Message(frame_id="lidar", stamp=7)
+        anew.services["scan"](None, Message())
+        anew.subscribed["points"](unknown)
+        anew.subscribed["points"](first)
+        anew.sending.submit(lambda: None).result()
+        self.assertEqual(anew.said, ["7"])
+        self.assertEqual(len(list(anew.job.scans())), 2)
+        anew.client.close()
 
 
 if __name__ == "__main__":
