@@ -20,6 +20,7 @@ double Drawn95(const Eigen::Matrix3d& covariance) {
   std::normal_distribution<double> normal;
   const Eigen::Matrix3d root = (covariance + 1e-18 * Eigen::Matrix3d::Identity()).llt().matrixL();
   std::vector<double> lengths;
+  lengths.reserve(100'000);
   for (int i = 0; i < 100'000; ++i) {
     lengths.push_back(
         (root * Eigen::Vector3d(normal(random), normal(random), normal(random))).norm());
