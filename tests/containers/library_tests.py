@@ -83,7 +83,7 @@ class LibraryTest(ContainerTest):
                                      "/b/upload_and_watch unix:/v.sock flat /room.ptx")
         self.assertIn("96816 of 96816 bytes\n", said)
         self.assertRegex(said, r"revision \d+: [1-9]\d* views")
-        self.assertIn("m from station 1 at a bearing of", said)
+        self.assertIn("m from scan-1 at a bearing of", said)
         self.check_headers(container)
         self.check_python(container)
 
