@@ -39,11 +39,6 @@ absl::StatusOr<DecisionLog> ReadDecisions(session::Session& session, uint64_t la
   return log;
 }
 
-bool SameScanner(const v1::ScannerModel& a, const v1::ScannerModel& b) {
-  return a.id() == b.id() && a.range_noise_m() == b.range_noise_m() &&
-         a.range_noise_ppm() == b.range_noise_ppm();
-}
-
 // By scanner, in the order of their first scans.
 std::vector<InstrumentRecord> ReadInstruments(const session::SessionState& state) {
   std::vector<InstrumentRecord> instruments;

@@ -64,6 +64,12 @@ struct JobRecord {
   absl::Time made;
 };
 
+// Whether scans were made by the same instrument at the same setting, as far as noise goes.
+inline bool SameScanner(const v1::ScannerModel& a, const v1::ScannerModel& b) {
+  return a.id() == b.id() && a.range_noise_m() == b.range_noise_m() &&
+         a.range_noise_ppm() == b.range_noise_ppm();
+}
+
 }  // namespace vantage::report
 
 #endif  // VANTAGE_SERVER_REPORT_JOB_RECORD_H_

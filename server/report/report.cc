@@ -15,6 +15,9 @@ namespace {
 // A plan's raster at its largest, with the columns that it is made of.
 constexpr int64_t kPlanBytes = int64_t{64} << 20;
 
+// Merges that come in between, at most; of a job in which they never end, the last is taken.
+constexpr int kTries = 3;
+
 }  // namespace
 
 Report::Report(std::shared_ptr<session::Session> session, ReportOptions options)
@@ -62,9 +65,14 @@ absl::StatusOr<std::string> Report::Next() {
         session_->model().Reserve(kPlanBytes);
     if (!room.ok()) return room.status();
     room_ = *std::move(room);
-    absl::StatusOr<JobRecord> record = CollectRecord(*session_, model_);
-    if (!record.ok()) return record.status();
-    record_ = *std::move(record);
+    // A scan that is merged meanwhile would put tables of one model beside plans of another.
+    for (int tries = 0; tries < kTries; ++tries) {
+      model_ = session_->model().Current();
+      absl::StatusOr<JobRecord> record = CollectRecord(*session_, model_);
+      if (!record.ok()) return record.status();
+      record_ = *std::move(record);
+      if (record_.coverage.model_version() == model_.version) break;
+    }
     storeys_ = StoreysOf(record_);
     standing_ = MeasureStanding(record_, options_.required_coverage);
     return (WriteHead(record_, say) + WriteSignOff(record_, standing_, say)).markup();

@@ -43,7 +43,7 @@ class Report {
 
   const std::shared_ptr<session::Session> session_;
   const ReportOptions options_;
-  const session::ModelSnapshot model_;
+  session::ModelSnapshot model_;
   const std::string file_name_;
   // From the first part on.
   session::MemoryAccount::Reservation room_;

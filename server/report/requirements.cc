@@ -17,32 +17,17 @@ namespace {
 constexpr std::array<AccuracyLevel, 5> kLevels = {
     {{"LOA50", 0.001}, {"LOA40", 0.005}, {"LOA30", 0.015}, {"LOA20", 0.050}, {"LOA10", 0.150}}};
 
-RegionStanding WholeJob(const v1::Coverage& coverage) {
-  RegionStanding whole;
-  whole.density = coverage.required_density_per_m2();
-  whole.area = coverage.area_by_kind_m2();
-  whole.area_at_density = coverage.area_at_density_m2();
-  whole.area_given_up = coverage.area_given_up_m2();
-  whole.area_out_of_reach = coverage.area_out_of_reach_m2();
-  if (coverage.has_estimated_coverage()) whole.coverage = coverage.estimated_coverage();
-  return whole;
-}
-
-RegionStanding OfRegion(const v1::RegionCoverage& coverage) {
-  RegionStanding region;
-  region.name = coverage.name();
-  region.density = coverage.required_density_per_m2();
-  region.area = coverage.area_by_kind_m2();
-  region.area_at_density = coverage.area_at_density_m2();
-  region.area_given_up = coverage.area_given_up_m2();
-  region.area_out_of_reach = coverage.area_out_of_reach_m2();
-  if (coverage.has_estimated_coverage()) region.coverage = coverage.estimated_coverage();
-  return region;
-}
-
-bool SameScanner(const v1::ScannerModel& a, const v1::ScannerModel& b) {
-  return a.id() == b.id() && a.range_noise_m() == b.range_noise_m() &&
-         a.range_noise_ppm() == b.range_noise_ppm();
+// Of the whole job, or of a region, which have the same figures.
+template <typename Coverage>
+RegionStanding StandingOf(const Coverage& coverage) {
+  RegionStanding standing;
+  standing.density = coverage.required_density_per_m2();
+  standing.area = coverage.area_by_kind_m2();
+  standing.area_at_density = coverage.area_at_density_m2();
+  standing.area_given_up = coverage.area_given_up_m2();
+  standing.area_out_of_reach = coverage.area_out_of_reach_m2();
+  if (coverage.has_estimated_coverage()) standing.coverage = coverage.estimated_coverage();
+  return standing;
 }
 
 // What an instrument adds to a point along its ray: its data sheet, and by how much its scans lie
@@ -145,14 +130,15 @@ Standing MeasureStanding(const JobRecord& job, double required_coverage) {
   standing.required_accuracy = job.session.planning_config().registration().required_accuracy_m();
   const v1::Coverage& coverage = job.coverage.coverage();
   for (const v1::RegionCoverage& region : coverage.regions()) {
-    standing.regions.push_back(OfRegion(region));
+    standing.regions.push_back(StandingOf(region));
+    standing.regions.back().name = region.name();
     for (const v1::RequiredRegion& rule : job.session.site_rules().regions()) {
       if (rule.name() == region.name() && rule.has_weight() && rule.weight() == 0) {
         standing.regions.back().required = false;
       }
     }
   }
-  standing.regions.push_back(WholeJob(coverage));
+  standing.regions.push_back(StandingOf(coverage));
   if (job.view != nullptr) AddAccuracy(job, standing.regions);
   for (RegionStanding& region : standing.regions) {
     region.complete = region.coverage.has_value() && *region.coverage >= required_coverage;

@@ -13,6 +13,8 @@
 #include "core/bytes/checksum.h"
 #include "server/contract/error.h"
 #include "server/contract/out_of_memory.h"
+#include "server/conversion/check_request.h"
+#include "server/rpc/handlers/lookup.h"
 #include "server/rpc/streams/pumped_writer.h"
 #include "server/session/session.h"
 
@@ -97,6 +99,25 @@ class FileStream final : public PumpedWriter<Response> {
   bool at_end_ ABSL_GUARDED_BY(mutex_) = false;
   absl::Status error_ ABSL_GUARDED_BY(mutex_);
 };
+
+// Begins the stream of the file that `request` asks for, or says why there is none.
+template <typename Source, typename Request, typename Response>
+grpc::ServerWriteReactor<Response>* StreamFile(const RpcDependencies& dependencies,
+                                               const std::shared_ptr<RpcCall>& call,
+                                               grpc::CallbackServerContext* context,
+                                               const Request& request) {
+  using Refused = RefusedStream<grpc::ServerWriteReactor<Response>>;
+  absl::Status open = dependencies.sessions.CheckTakesWork();
+  if (!open.ok()) return new Refused(*call, open, context);
+  absl::StatusOr<std::shared_ptr<session::Session>> session =
+      FindSession(call->sessions(), request.name(), "name");
+  if (!session.ok()) return new Refused(*call, session.status(), context);
+  absl::Status valid = conversion::CheckRequest(request);
+  if (!valid.ok()) return new Refused(*call, valid, context);
+  absl::StatusOr<std::unique_ptr<Source>> source = Source::Create(*session, request);
+  if (!source.ok()) return new Refused(*call, source.status(), context);
+  return BeginStream<FileStream<Response, Source>>(dependencies, call, context, *std::move(source));
+}
 
 }  // namespace vantage::rpc
 

@@ -65,11 +65,16 @@ export function drawBadge(
   context.setLineDash(sign.broken ? [4, 4] : []);
   context.stroke();
   context.setLineDash([]);
+  inside(context, sign.text, at, sign.ink, font);
+}
+
+// Text in the middle of a disc.
+function inside(context: CanvasRenderingContext2D, text: string, at: Point, ink: string, font: string): void {
   context.font = font;
   context.textAlign = "center";
   context.textBaseline = "middle";
-  context.fillStyle = sign.ink;
-  context.fillText(sign.text, at.x, at.y + 1);
+  context.fillStyle = ink;
+  context.fillText(text, at.x, at.y + 1);
 }
 
 export function drawStation(
@@ -95,11 +100,7 @@ export function drawStation(
   context.setLineDash(mark.weak ? [5, 5] : []);
   context.stroke();
   context.setLineDash([]);
-  context.font = font;
-  context.textAlign = "center";
-  context.textBaseline = "middle";
-  context.fillStyle = colours.paper;
-  context.fillText(mark.label, at.x, at.y + 1);
+  inside(context, mark.label, at, colours.paper, font);
   if (mark.who !== "") words(context, mark.who, { x: at.x, y: at.y + 32 }, colours.ink, colours.paper, font);
 }
 
