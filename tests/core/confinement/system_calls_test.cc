@@ -11,8 +11,8 @@
 namespace vantage::confinement {
 namespace {
 
-// Libraries start threads of their own when they are loaded, OpenBLAS for one. Such a thread may not
-// have begun yet when the calls are taken away, and what it begins with ends nobody.
+// Libraries start threads of their own when they are loaded, OpenBLAS for one. Such a thread may
+// not have begun yet when the calls are taken away, and what it begins with ends nobody.
 TEST(LeaveFewSystemCalls, ThreadsThatHaveNotBegunYetBegin) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's threads need more";
   for (int i = 0; i < 200; ++i) {
