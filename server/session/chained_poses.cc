@@ -84,7 +84,7 @@ struct LinkBetween {
 // it is tied to none.
 std::optional<registration::ModelRegistration> RegistrationOf(
     const v1::Scan& scan, const std::vector<LinkBetween>& links,
-    const std::vector<Eigen::Isometry3d>& poses, const ScanChain& chain) {
+    std::span<const Eigen::Isometry3d> poses, const ScanChain& chain) {
   const v1::Registration& made = scan.registration();
   if (scan.pose_source() != v1::POSE_SOURCE_REGISTRATION || made.covariance_size() != 36) {
     return std::nullopt;
@@ -117,6 +117,24 @@ std::optional<registration::ModelRegistration> RegistrationOf(
   const Matrix6d moved = move * covariance * move.transpose();
   out.covariance = 0.5 * (moved + moved.transpose());
   return out;
+}
+
+// The links of each scan to those before it.
+std::vector<std::vector<LinkBetween>> LinksBefore(const ScanChain& chain,
+                                                  const std::map<std::string, size_t>& place) {
+  std::vector<std::vector<LinkBetween>> links(chain.scans.size());
+  for (const v1::ScanLink& link : chain.links) {
+    const size_t first = place.at(link.first_scan());
+    const size_t second = place.at(link.second_scan());
+    links[std::max(first, second)].push_back({first, second, ReadLink(link)});
+  }
+  return links;
+}
+
+std::map<std::string, size_t> PlacesOf(const ScanChain& chain) {
+  std::map<std::string, size_t> place;
+  for (size_t k = 0; k < chain.scans.size(); ++k) place[chain.scans[k].name()] = k;
+  return place;
 }
 
 // Whether what is known of a scan beside those before it says that poses are off: its links to
@@ -250,17 +268,24 @@ std::optional<v1::LinkTest> WorstLink(const registration::PoseGraph& graph,
   return test;
 }
 
+std::vector<registration::ModelRegistration> RegistrationsOf(
+    const ScanChain& chain, std::span<const Eigen::Isometry3d> poses) {
+  const std::vector<std::vector<LinkBetween>> links = LinksBefore(chain, PlacesOf(chain));
+  std::vector<registration::ModelRegistration> registrations;
+  for (size_t k = 0; k < chain.scans.size(); ++k) {
+    if (auto made = RegistrationOf(chain.scans[k], links[k], poses.first(k + 1), chain);
+        made.has_value()) {
+      registrations.push_back(*std::move(made));
+    }
+  }
+  return registrations;
+}
+
 ChainedPoses ChainPoses(const ScanChain& chain, const Algorithms& algorithms) {
   const double matters = WhatMatters(chain);
   ChainedPoses out;
-  std::map<std::string, size_t> place;
-  for (size_t k = 0; k < chain.scans.size(); ++k) place[chain.scans[k].name()] = k;
-  std::vector<std::vector<LinkBetween>> links(chain.scans.size());  // by the scan that came later
-  for (const v1::ScanLink& link : chain.links) {
-    const size_t first = place.at(link.first_scan());
-    const size_t second = place.at(link.second_scan());
-    links[std::max(first, second)].push_back({first, second, ReadLink(link)});
-  }
+  const std::map<std::string, size_t> place = PlacesOf(chain);
+  const std::vector<std::vector<LinkBetween>> links = LinksBefore(chain, place);
   std::vector<Eigen::Isometry3d> at;  // out.poses
   std::vector<registration::ModelRegistration> registrations;
   for (size_t k = 0; k < chain.scans.size(); ++k) {

@@ -7,10 +7,12 @@
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "core/registration/graph/adjust.h"
+#include "core/registration/graph/model_link.h"
 #include "core/registration/graph/pose_graph.h"
 #include "server/session/algorithms.h"
 #include "server/session/scan_chain.h"
@@ -41,6 +43,12 @@ struct ChainedPoses {
 // what matters is never moved, and one whose loops do not is moved when they close, and not again
 // for every scan that comes after.
 ChainedPoses ChainPoses(const ScanChain& chain, const Algorithms& algorithms);
+
+// How the scans of a chain, which stand at `poses` (as many), were registered to the model, each
+// beside the scan before it that ties it best. Not of scans that nothing ties to one before them,
+// and whose poses are no registrations.
+std::vector<registration::ModelRegistration> RegistrationsOf(
+    const ScanChain& chain, std::span<const Eigen::Isometry3d> poses);
 
 // m: what matters is half of the required accuracy. Errors add by squares: poses that are off by so
 // much less cost an eighth of what is allowed. What a link of two scans says is less exact than

@@ -201,7 +201,8 @@ absl::StatusOr<v1::PoseGraph> PoseAdjuster::Describe() const {
     poses.push_back(conversion::ReadOwnPose(scan.pose(), context_.origin()));
     farthest = std::max(farthest, scan.scanner_model().max_range_m() / 2);
   }
-  const absl::StatusOr<registration::PoseGraph> graph = GraphOf(chain, poses.size(), poses, {});
+  const absl::StatusOr<registration::PoseGraph> graph =
+      GraphOf(chain, poses.size(), poses, RegistrationsOf(chain, poses));
   if (!graph.ok()) return graph.status();
   const absl::StatusOr<registration::Adjustment> adjustment =
       context_.dependencies().algorithms.adjust_poses(*graph);
@@ -221,6 +222,7 @@ absl::StatusOr<v1::PoseGraph> PoseAdjuster::Describe() const {
   }
   std::map<std::pair<std::string, std::string>, size_t> places;
   for (size_t l = 0; l < graph->links().size(); ++l) {
+    if (graph->links()[l].origin == registration::LinkOrigin::kModel) continue;
     places[{graph->links()[l].a, graph->links()[l].b}] = l;
   }
   for (const v1::ScanLink& link : chain.links) {

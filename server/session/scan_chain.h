@@ -42,7 +42,7 @@ const v1::Pose& UnadjustedPose(const v1::Scan& scan);
 // The graph of the first `count` scans of a chain at these poses (as many), with what registration
 // to the model says of them (registration::WithModelLinks()). Poses need that: a scan that sees
 // what six others saw is held better than by any of them alone, and a single link that is wrong
-// would move it. Of what ties pairs of scans to each other it says nothing.
+// would move it.
 absl::StatusOr<registration::PoseGraph> GraphOf(
     const ScanChain& chain, size_t count, const std::vector<Eigen::Isometry3d>& poses,
     const std::vector<registration::ModelRegistration>& registrations);

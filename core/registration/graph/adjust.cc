@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <set>
 #include <utility>
 
 #include "core/registration/align/largest_variance.h"
@@ -60,20 +62,29 @@ void TestUnused(const ResidualVector& value, const Eigen::MatrixXd& predicted, L
 }
 
 // The error that all links of a scan between surfaces share, since its own measurements are in each
-// of them: half of the covariance of its best link, which rests on most of what the others rest on.
-// About world axes.
+// of them: half of the covariance of its best link, with the registration to the model that goes
+// along with it, which rests on most of what the others rest on. About world axes.
 sensor::Matrix6d OwnError(const PoseGraph& graph, const SolvedGraph& solved, size_t node) {
-  sensor::Matrix6d best = sensor::Matrix6d::Zero();
-  double most = -std::numeric_limits<double>::infinity();
+  std::map<size_t, sensor::Matrix6d> by_other;
+  std::set<size_t> seen;  // scans that a link between surfaces ties it to
   for (size_t k = 0; k < solved.datum.links.size(); ++k) {
     const PoseTerm& link = solved.datum.links[k];
+    const LinkOrigin origin = graph.links()[solved.datum.link_of[k]].origin;
     if ((link.a != node && link.b != node) ||
-        graph.links()[solved.datum.link_of[k]].origin != LinkOrigin::kSurfaces) {
+        (origin != LinkOrigin::kSurfaces && origin != LinkOrigin::kModel)) {
       continue;
     }
+    const size_t other = link.a == node ? link.b : link.a;
+    if (origin == LinkOrigin::kSurfaces) seen.insert(other);
     const Residual residual = ResidualOf(link, solved.poses);
     const ResidualJacobian& by = link.a == node ? residual.by_a : residual.by_b;
-    sensor::Matrix6d information = by.transpose() * by;
+    const auto it = by_other.try_emplace(other, sensor::Matrix6d::Zero()).first;
+    it->second += by.transpose() * by;
+  }
+  sensor::Matrix6d best = sensor::Matrix6d::Zero();
+  double most = -std::numeric_limits<double>::infinity();
+  for (const auto& [other, information] : by_other) {
+    if (!seen.contains(other)) continue;
     // Vague where the link says nothing: what the adjustment says of that is larger.
     sensor::Vector6d scale = information.diagonal().cwiseSqrt();
     for (int i = 0; i < 6; ++i) scale[i] = scale[i] > 0 ? 1 / scale[i] : 1;

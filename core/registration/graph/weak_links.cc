@@ -34,6 +34,11 @@ Relative RelativeOf(size_t a, size_t b, const std::vector<Eigen::Isometry3d>& po
   return {residual.by_a, residual.by_b};
 }
 
+// Registration to the model goes along with a link of two scans, and is no tie of its own.
+bool OfModel(const PoseGraph& graph, size_t link) {
+  return graph.links()[link].origin == LinkOrigin::kModel;
+}
+
 // How many scans each link alone ties to the rest: of bridges, by a walk that numbers scans in the
 // order in which it meets them (Tarjan).
 class Bridges {
@@ -46,6 +51,7 @@ class Bridges {
         size_(nodes_, 1),
         hangs_(solved.datum.links.size(), 0) {
     for (size_t k = 0; k < solved.datum.links.size(); ++k) {
+      if (OfModel(graph, solved.datum.link_of[k])) continue;
       beside_[solved.datum.links[k].a].push_back(k);
       beside_[solved.datum.links[k].b].push_back(k);
     }
@@ -108,7 +114,7 @@ sensor::Matrix6d ExpectedInformation(const PoseGraph& graph) {
   std::vector<double> turns;
   std::vector<double> shifts;
   for (const ScanLink& link : graph.links()) {
-    if (link.in_doubt) continue;
+    if (link.in_doubt || link.origin == LinkOrigin::kModel) continue;
     turns.push_back(link.information.topLeftCorner<3, 3>().trace() / 3);
     shifts.push_back(link.information.bottomRightCorner<3, 3>().trace() / 3);
   }
@@ -157,6 +163,7 @@ std::vector<WeakLink> Weakest(const PoseGraph& graph, const SolvedGraph& solved,
   const Bridges bridges(graph, solved);
   std::vector<WeakLink> weak;
   for (size_t k = 0; k < solved.datum.links.size(); ++k) {
+    if (OfModel(graph, solved.datum.link_of[k])) continue;
     const PoseTerm& link = solved.datum.links[k];
     WeakLink found;
     found.link = solved.datum.link_of[k];

@@ -41,6 +41,7 @@ struct WeakLinks {
 inline constexpr size_t kMostWeakLinks = 10;
 inline constexpr size_t kMostAdvice = 5;
 
+// Registrations to the model (LinkOrigin::kModel) count in all sigmas and are no ties themselves.
 // Sigmas here are without the errors that all links of a scan share, which no tie lowers.
 // `adjustment` is of the same graph. Pairs farther from each other than `farthest` (m, > 0; how far
 // scans overlap: half of the range that surfaces are seen from) are not advised.

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/registration/graph/adjust.h"
+#include "core/registration/graph/weak_links.h"
 
 namespace vantage::registration {
 namespace {
@@ -102,6 +103,36 @@ TEST_F(ModelLinkTest, SaysWhatRegistrationKnewAndHowFarTheModelMayBeBent) {
                                      0.5 / (std::pow(0.0005, 2) + std::pow(bent, 2)));
   EXPECT_TRUE(link->information.isApprox(expected, 1e-9)) << link->information << "\n\n"
                                                           << expected;
+}
+
+// What one other scan shows of a scan may leave a direction open, and what all show together hold
+// it: then its pose is known as its registration knows it, and no tie is called weak for that.
+TEST_F(ModelLinkTest, WhatPairsLeaveOpenRegistrationMayHold) {
+  const double open = 1;  // m, one sigma along x
+  Link("a", "b", 0.001);
+  Link("a", "c", 0.001).information(3, 3) = 1 / (open * open);
+  Link("b", "c", 0.001).information(3, 3) = 1 / (open * open);
+  nodes_.pop_back();
+  const PoseGraph with = WithModelLinks(Graph(), {{Registered("c", "a", 0.002)}}).value();
+  const Adjustment adjustment = Adjust(with).value();
+  const size_t c = with.IndexOf("c");
+  EXPECT_LT(adjustment.scans[c].position_sigma, 0.006);
+  EXPECT_GT(adjustment.scans[c].position_sigma, 0.001);
+  const WeakLinks weak = FindWeakLinks(with, adjustment, 50).value();
+  EXPECT_EQ(weak.links.size(), 3u);
+  for (const WeakLink& link : weak.links) EXPECT_LT(link.relative_sigma, 0.006);
+  EXPECT_GT(Adjust(Graph()).value().scans[c].position_sigma, 0.3);
+}
+
+// Where a scan hangs on one other, a registration beside that one is no second tie.
+TEST_F(ModelLinkTest, ARegistrationIsNoTieOfItsOwn) {
+  Link("a", "b", 0.001);
+  Link("b", "c", 0.001);
+  nodes_.pop_back();
+  const PoseGraph with = WithModelLinks(Graph(), {{Registered("c", "b", 0.002)}}).value();
+  const WeakLinks weak = FindWeakLinks(with, Adjust(with).value(), 50).value();
+  ASSERT_EQ(weak.links.size(), 2u);
+  for (const WeakLink& link : weak.links) EXPECT_TRUE(link.bridge);
 }
 
 TEST_F(ModelLinkTest, WhatAScanSaysOfItselfCountsOnce) {
