@@ -213,8 +213,8 @@ bool Arranger::Check(const parallel::Budget& budget, parallel::Parallel& paralle
       judged[k].verdict->outcome = registration::RegistrationOutcome::kRegistered;
       return;
     }
-    judged[k].verdict = table_.overlap().Judge(table_.candidates()[stop.candidate], seen, budget,
-                                               judged[k].rays);
+    judged[k].verdict =
+        table_.overlap().Judge(table_.candidates()[stop.candidate], seen, budget, judged[k].rays);
   });
   bool all = true;
   for (size_t k = 0; k < judged.size(); ++k) {

@@ -24,11 +24,11 @@
 namespace vantage::tour {
 namespace {
 
-constexpr size_t kElements = 32'768;   // of the table
-constexpr size_t kChecked = 131'072;   // others, by which the answer is measured
+constexpr size_t kElements = 32'768;  // of the table
+constexpr size_t kChecked = 131'072;  // others, by which the answer is measured
 constexpr size_t kFirstCandidates = 160;
 constexpr int kRefinements = 3;
-constexpr int kChoices = 3;            // made anew where some of the chosen would not register
+constexpr int kChoices = 3;  // made anew where some of the chosen would not register
 // Of the search for an order, by round.
 constexpr size_t kFirstSteps = 20'000;
 constexpr size_t kSteps = 200'000;
@@ -196,9 +196,7 @@ class TourMaker {
 
   double Before() const { return problem_.coverage().area_at_density; }
   // m^2 of the table's elements that have to be brought.
-  double GoalWeight() const {
-    return request_.goal * (Before() + table_->attainable()) - Before();
-  }
+  double GoalWeight() const { return request_.goal * (Before() + table_->attainable()) - Before(); }
 
   // Chooses from the table as it is now, arranges, and keeps what is better.
   void Round(const parallel::Budget& budget, uint64_t choice_work, size_t steps) {
@@ -306,8 +304,8 @@ class TourMaker {
 
   // The most stations whose tour stays within what is given, and of so many those that cover most.
   std::optional<Made> WithinLimits(const cover::CoverProblem& cover,
-                                   const parallel::Budget& choosing,
-                                   const parallel::Budget& budget, size_t steps) {
+                                   const parallel::Budget& choosing, const parallel::Budget& budget,
+                                   size_t steps) {
     double least_minutes = std::numeric_limits<double>::infinity();
     for (const fleet::FleetMember& member : request_.scanners) {
       least_minutes = std::min(least_minutes, member.scan_seconds / 60);
@@ -487,7 +485,7 @@ class TourMaker {
 
   // Where most of what some candidate brings stays open: in cubes of two metres.
   std::vector<OpenPlace> Open(const cover::ElementSet& brought) const {
-    constexpr double kEdge = 2;        // m
+    constexpr double kEdge = 2;         // m
     constexpr double kLeastArea = 0.1;  // m^2
     const planning::CellArrays& cells = checked_.cells;
     struct Sum {
@@ -515,9 +513,8 @@ class TourMaker {
       if (place.area >= kLeastArea) places.push_back(place);
       begin = end;
     }
-    std::stable_sort(places.begin(), places.end(), [](const OpenPlace& a, const OpenPlace& b) {
-      return a.area > b.area;
-    });
+    std::stable_sort(places.begin(), places.end(),
+                     [](const OpenPlace& a, const OpenPlace& b) { return a.area > b.area; });
     if (places.size() > kOpenPlaces) places.resize(kOpenPlaces);
     return places;
   }
@@ -529,14 +526,14 @@ class TourMaker {
       return absl::StrFormat("nothing to go for: %.0f %% at %.3g cm", 100 * tour.coverage,
                              100 * point);
     }
-    std::string said = absl::StrFormat("%d station%s, %s, %.0f %% at %.3g cm", scans,
-                                       scans == 1 ? "" : "s", Hours(tour.minutes),
-                                       100 * tour.coverage, 100 * point);
+    std::string said =
+        absl::StrFormat("%d station%s, %s, %.0f %% at %.3g cm", scans, scans == 1 ? "" : "s",
+                        Hours(tour.minutes), 100 * tour.coverage, 100 * point);
     const size_t points = tour.worth.size();
     if (points > 2) {
-      absl::StrAppendFormat(&said, "; the last two scans bring %.1f %%",
-                            100 * (tour.worth[points - 1].coverage -
-                                   tour.worth[points - 3].coverage));
+      absl::StrAppendFormat(
+          &said, "; the last two scans bring %.1f %%",
+          100 * (tour.worth[points - 1].coverage - tour.worth[points - 3].coverage));
     }
     return said;
   }

@@ -104,8 +104,7 @@ class Clockwork {
       }
       const double end = start + problem_.scan[who];
       if (!problem_.hours.empty() && end > problem_.hours[at].until) ++impossible;
-      if (next_[who] > 0 &&
-          problem_.storey[routes[who][next_[who] - 1]] != problem_.storey[at]) {
+      if (next_[who] > 0 && problem_.storey[routes[who][next_[who] - 1]] != problem_.storey[at]) {
         ++changes;
       }
       if (table != nullptr) {

@@ -53,8 +53,8 @@ struct Timetable {
   std::vector<double> wait;   // minutes before the scan, for others' scans or for the door
   std::vector<double> start;  // minutes after the beginning, of setting up
   std::vector<double> end;
-  std::vector<double> done;   // by scanner
-  double minutes = 0;         // until the last scan is in
+  std::vector<double> done;  // by scanner
+  double minutes = 0;        // until the last scan is in
   // False where a scan would come before any that it can be aligned with, has no way, or a room is
   // closed.
   bool possible = true;

@@ -45,9 +45,8 @@ class Hold {
 absl::StatusOr<OverlapTable> OverlapTable::Create(const planning::PlanningProblem& problem,
                                                   parallel::Parallel& parallel,
                                                   const parallel::Cancellation& cancelled) {
-  auto surface =
-      planning::OverlapSurface::Create(problem.view(), problem.grid(), problem.scene(),
-                                       problem.scanner(), parallel, cancelled);
+  auto surface = planning::OverlapSurface::Create(problem.view(), problem.grid(), problem.scene(),
+                                                  problem.scanner(), parallel, cancelled);
   if (!surface.ok()) return surface.status();
   OverlapTable table(problem, *std::move(surface));
   const planning::CellArrays& cells = table.surface_.cells();
@@ -66,8 +65,8 @@ absl::StatusOr<OverlapTable> OverlapTable::Create(const planning::PlanningProble
   std::vector<float> areas;
   for (uint32_t i = 0; i < all.size(); ++i) {
     const planning::DeficientCell& cell = problem.patches().cells[all.cell[i]];
-    const bool opening = cell.kind == model::SurfaceKind::kOcclusion ||
-                         cell.kind == model::SurfaceKind::kImage;
+    const bool opening =
+        cell.kind == model::SurfaceKind::kOcclusion || cell.kind == model::SurfaceKind::kImage;
     if (!opening || cell.expected || cell.success < 1) continue;
     indices.push_back(i);
     areas.push_back(cell.area);
@@ -104,8 +103,7 @@ std::optional<OverlapTable::Seen> OverlapTable::See(const Candidate& candidate,
   const planning::BruteForceScorer scorer(constraints, problem_.scene(),
                                           problem_.model().voxel_size());
   std::vector<float> samples(false_.size());
-  const planning::ViewScore score =
-      scorer.ScoreCells(candidate.position, false_, budget, samples);
+  const planning::ViewScore score = scorer.ScoreCells(candidate.position, false_, budget, samples);
   rays += score.rays;
   if (!score.finished) return std::nullopt;
   const planning::Sector sector(problem_.scanner(), candidate.heading);

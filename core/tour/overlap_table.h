@@ -70,9 +70,9 @@ class OverlapTable {
   const planning::PlanningProblem& problem_;
   planning::OverlapSurface surface_;
   planning::CellArrays false_;
-  std::vector<uint8_t> known_;              // by element
-  std::vector<Eigen::Vector3f> normals_;    // unit, by element
-  double least_share_ = 0;                  // of overlap
+  std::vector<uint8_t> known_;            // by element
+  std::vector<Eigen::Vector3f> normals_;  // unit, by element
+  double least_share_ = 0;                // of overlap
 };
 
 }  // namespace vantage::tour

@@ -17,8 +17,8 @@ constexpr double kShareOfRange = 1.0 / 6;
 constexpr double kMostSpacing = 1.0;  // m
 // Of the spacing: places of a lattice stay, and what lies between them goes.
 constexpr double kApart = 0.75;
-constexpr double kWider = 1.25;        // the spacing, where there are too many
-constexpr double kFloorsApart = 0.5;   // m, of floors one over the other
+constexpr double kWider = 1.25;       // the spacing, where there are too many
+constexpr double kFloorsApart = 0.5;  // m, of floors one over the other
 constexpr int kMostHeadings = 6;
 
 // The places of a problem, one for each column of viewcells and floor.

@@ -48,8 +48,8 @@ struct TourStop {
   std::optional<double> heading;                       // rad
   size_t scanner = 0;                                  // of TourRequest::scanners
   int storey = 0;
-  bool expected = false;  // nobody knows yet that a scanner can stand there
-  bool kept = false;      // of TourRequest::previous
+  bool expected = false;             // nobody knows yet that a scanner can stand there
+  bool kept = false;                 // of TourRequest::previous
   std::vector<Eigen::Vector3d> way;  // m, corners from where the scanner stood before
   double way_length = 0;             // m
   double wait = 0;                   // minutes, for others' scans or until the room opens
@@ -59,7 +59,7 @@ struct TourStop {
   double area = 0;      // m^2 that it brings to the required density beyond the scans before it
   double coverage = 0;  // share of what can be had, when it is in
   registration::RegistrationVerdict verdict;  // with what the scans before it will have seen
-  std::vector<size_t> registers_with;  // stops before it that it could be aligned with alone
+  std::vector<size_t> registers_with;         // stops before it that it could be aligned with alone
 };
 
 // What is reached with fewer of a tour's stations: the least worthwhile are left out first.
@@ -81,12 +81,12 @@ struct Tour {
   double minutes = 0;           // until the last scan is in; of work, where there are several days
   std::vector<double> scanner_minutes;  // by scanner
   double walked = 0;                    // m, all scanners together
-  double area_before = 0;       // m^2 at the required density before the first scan
-  double area = 0;              // m^2 that the tour brings to it
-  double attainable = 0;        // m^2 that the candidates bring to it, all together
-  double out_of_reach = 0;      // m^2 that none of them does
-  double coverage_before = 0;   // area_before over area_before and attainable
-  double coverage = 0;          // the same when all scans are in
+  double area_before = 0;               // m^2 at the required density before the first scan
+  double area = 0;                      // m^2 that the tour brings to it
+  double attainable = 0;                // m^2 that the candidates bring to it, all together
+  double out_of_reach = 0;              // m^2 that none of them does
+  double coverage_before = 0;           // area_before over area_before and attainable
+  double coverage = 0;                  // the same when all scans are in
   // No choice from these candidates that reaches the goal has fewer; 0 where scans or minutes were
   // given.
   size_t fewest = 0;

@@ -97,8 +97,7 @@ TEST(OrderingTest, OfOneScannerItIsTheShortestThatRegisters) {
     do {
       least = std::min(least, CostOf(drawn.problem, order));
     } while (std::next_permutation(order[0].begin(), order[0].end()));
-    const Routes routes =
-        OrderStations(drawn.problem, 1000, 1, parallel::Budget::Unlimited());
+    const Routes routes = OrderStations(drawn.problem, 1000, 1, parallel::Budget::Unlimited());
     ExpectAll(routes, 7);
     EXPECT_NEAR(CostOf(drawn.problem, routes), least, 1e-9) << seed;
     if (least >= 1000) continue;  // they do not hang together, whatever the order
@@ -116,12 +115,11 @@ TEST(OrderingTest, OfTwoScannersItIsTheBestOfAllOrders) {
     do {
       for (size_t cut = 0; cut <= order.size(); ++cut) {
         const auto middle = order.begin() + static_cast<ptrdiff_t>(cut);
-        least = std::min(least, CostOf(drawn.problem, {{order.begin(), middle},
-                                                       {middle, order.end()}}));
+        least = std::min(least,
+                         CostOf(drawn.problem, {{order.begin(), middle}, {middle, order.end()}}));
       }
     } while (std::next_permutation(order.begin(), order.end()));
-    const Routes routes =
-        OrderStations(drawn.problem, 20000, 1, parallel::Budget::Unlimited());
+    const Routes routes = OrderStations(drawn.problem, 20000, 1, parallel::Budget::Unlimited());
     ExpectAll(routes, 6);
     EXPECT_NEAR(CostOf(drawn.problem, routes), least, 0.01 * least) << seed;
   }

@@ -101,8 +101,8 @@ TEST_F(TourTableTest, LinksAreSymmetricAndTheSameOnTwoThreads) {
     EXPECT_TRUE(std::is_sorted(table.cover().links[i].begin(), table.cover().links[i].end()));
     for (const uint32_t j : table.cover().links[i]) {
       EXPECT_NE(i, j);
-      EXPECT_TRUE(std::binary_search(table.cover().links[j].begin(), table.cover().links[j].end(),
-                                     i));
+      EXPECT_TRUE(
+          std::binary_search(table.cover().links[j].begin(), table.cover().links[j].end(), i));
       ++links;
     }
   }
