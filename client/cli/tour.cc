@@ -1,5 +1,5 @@
+#include <algorithm>
 #include <cstdio>
-#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -151,8 +151,8 @@ absl::Status DrawTour(Environment& environment, const TourArguments& arguments,
   picture.voxel_size = job->session().model_config().voxel_size_m();
   picture.required_density = tour.required_density_per_m2();
   picture.surfaces = *std::move(surfaces);
-  std::map<std::string, size_t> tours;
-  for (int s = 0; s < arguments.scanners.size() || s == 0; ++s) {
+  const int scanners = std::max(1, static_cast<int>(arguments.scanners.size()));
+  for (int s = 0; s < scanners; ++s) {
     const std::string scanner =
         arguments.scanners.empty() ? ""
                                    : client::ScannerName(arguments.session,

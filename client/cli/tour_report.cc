@@ -26,7 +26,7 @@ std::string Remarks(const v1::TourStop& stop) {
   const double wait = client::SecondsOf(stop.wait_duration());
   if (wait > 30) remarks.push_back(absl::StrCat("waits ", HoursAndMinutes(wait)));
   if (stop.verdict().outcome() != v1::REGISTRATION_OUTCOME_REGISTERED) {
-    remarks.push_back(absl::StrCat(Word(stop.verdict().outcome()), ": ", stop.verdict().reason()));
+    remarks.push_back(absl::StrCat(Word(stop.verdict().outcome()), ": ", stop.verdict().message()));
   }
   if (stop.has_heading_rad()) {
     remarks.push_back(absl::StrFormat("facing %.0f\u00b0", stop.heading_rad() * 180 / M_PI));

@@ -30,8 +30,8 @@ constexpr size_t kFirstCandidates = 160;
 constexpr int kRefinements = 3;
 constexpr int kChoices = 3;  // made anew where some of the chosen would not register
 // Of the search for an order, by round.
-constexpr size_t kFirstSteps = 20'000;
-constexpr size_t kSteps = 200'000;
+constexpr size_t kFirstSteps = 50'000;
+constexpr size_t kSteps = 1'000'000;
 // Work of a choice, as cover counts it: about a nanosecond each.
 constexpr uint64_t kFirstChoice = 300'000'000;
 constexpr uint64_t kChoice = 3'000'000'000;
@@ -242,7 +242,8 @@ class TourMaker {
     made.reaches_goal = chosen->complete;
     if (previous_ > 0) made.kept = KeepPrevious(cover, goal, choosing, stations);
     made.arrangement = arranger_->Arrange(stations, steps, budget, parallel_);
-    if (!made.arrangement.finished) return std::nullopt;
+    // Ways that were not found for want of time are none.
+    if (!made.arrangement.finished || budget.Expired()) return std::nullopt;
     made.reaches_goal = made.arrangement.area >= goal * (1 - 1e-9);
     return made;
   }
@@ -323,7 +324,7 @@ class TourMaker {
       if (!chosen.ok()) return false;
       Made made;
       made.arrangement = arranger_->Arrange(chosen->stations, steps, budget, parallel_);
-      if (!made.arrangement.finished) return false;
+      if (!made.arrangement.finished || budget.Expired()) return false;
       made.reaches_goal = made.arrangement.area >= GoalWeight() * (1 - 1e-9);
       if (request_.minutes.has_value() && made.arrangement.minutes > *request_.minutes + 1e-9) {
         return false;

@@ -10,7 +10,7 @@ namespace {
 constexpr size_t kExactly = 12;             // stations that are ordered by going through all sets
 constexpr double kOfEverybodysTime = 0.05;  // what a minute of somebody costs who is not the last
 constexpr double kChangeOfStorey = 3;       // minutes
-constexpr double kBorder = 0.6;  // minutes, of a station whose neighbours all are somebody else's
+constexpr double kBorder = 1;  // minutes, of a station whose neighbours all are somebody else's
 constexpr size_t kNeighbours = 5;
 constexpr double kImpossible = 1000;  // minutes
 constexpr size_t kStepsBetweenPolls = 256;

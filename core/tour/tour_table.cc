@@ -73,7 +73,8 @@ absl::Status TourTable::Add(std::span<const Candidate> candidates, const paralle
                             parallel::Parallel& parallel) {
   std::vector<Candidate> fresh;
   for (const Candidate& candidate : candidates) {
-    if (std::find(candidates_.begin(), candidates_.end(), candidate) == candidates_.end()) {
+    if (std::find(candidates_.begin(), candidates_.end(), candidate) == candidates_.end() &&
+        std::find(fresh.begin(), fresh.end(), candidate) == fresh.end()) {
       fresh.push_back(candidate);
     }
   }

@@ -204,7 +204,7 @@ double Together(const OrderProblem& problem, const Routes& routes) {
 
 TEST(OrderingTest, FourScannersHaveZonesAndAreDoneTogether) {
   const Drawn drawn = Draw(11, 40, 4, 40, 12, 3);
-  const Routes routes = OrderStations(drawn.problem, 200000, 1, parallel::Budget::Unlimited());
+  const Routes routes = OrderStations(drawn.problem, 1000000, 1, parallel::Budget::Unlimited());
   ExpectAll(routes, 40);
   const Timetable table = TimetableOf(drawn.problem, routes);
   EXPECT_TRUE(table.possible);
