@@ -145,18 +145,18 @@ absl::Status DrawTour(Environment& environment, const TourArguments& arguments,
   picture::TourPicture picture;
   const std::string& name = job->session().display_name();
   picture.title = absl::StrCat(name.empty() ? client::IdOf(session) : name, ": ", tour.message());
-  picture.figures.push_back(absl::StrFormat(
-      "%.1f m\u00b2 come to %.0f samples/m\u00b2; %.0f m of walking", tour.area_m2(),
-      tour.required_density_per_m2(), tour.walk_length_m()));
+  picture.figures.push_back(
+      absl::StrFormat("%.1f m\u00b2 come to %.0f samples/m\u00b2; %.0f m of walking",
+                      tour.area_m2(), tour.required_density_per_m2(), tour.walk_length_m()));
   picture.voxel_size = job->session().model_config().voxel_size_m();
   picture.required_density = tour.required_density_per_m2();
   picture.surfaces = *std::move(surfaces);
   const int scanners = std::max(1, static_cast<int>(arguments.scanners.size()));
   for (int s = 0; s < scanners; ++s) {
     const std::string scanner =
-        arguments.scanners.empty() ? ""
-                                   : client::ScannerName(arguments.session,
-                                                         arguments.scanners[static_cast<size_t>(s)]);
+        arguments.scanners.empty()
+            ? ""
+            : client::ScannerName(arguments.session, arguments.scanners[static_cast<size_t>(s)]);
     picture::TourPicture::Tour& drawn = picture.tours.emplace_back();
     int scans = 0;
     for (const v1::TourStop& stop : tour.stops()) {
@@ -171,9 +171,8 @@ absl::Status DrawTour(Environment& environment, const TourArguments& arguments,
       mark.merged = !stop.expected();
       drawn.stops.push_back(std::move(mark));
     }
-    const double seconds = s < tour.scanner_durations_size()
-                               ? client::SecondsOf(tour.scanner_durations(s))
-                               : 0;
+    const double seconds =
+        s < tour.scanner_durations_size() ? client::SecondsOf(tour.scanner_durations(s)) : 0;
     drawn.label = absl::StrCat(
         arguments.scanners.empty() ? "" : arguments.scanners[static_cast<size_t>(s)] + ": ", scans,
         scans == 1 ? " scan, " : " scans, ", HoursAndMinutes(seconds));
@@ -235,8 +234,7 @@ void AddTour(CLI::App& parent, Environment& environment) {
             ->allow_extra_args(false);
         command.add_option("--previous", a.previous,
                            "FILE: an earlier tour (--json), of which what still pays is kept");
-        auto* budget =
-            command.add_option("--budget", a.budget, "Time the search may take, s [30]");
+        auto* budget = command.add_option("--budget", a.budget, "Time the search may take, s [30]");
         command.add_option("--work", a.work, "Work it may take, rays, instead of time")
             ->excludes(budget);
         command.add_option("--candidates", a.candidates,

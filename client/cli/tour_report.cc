@@ -77,14 +77,16 @@ std::string TourReport(const v1::Tour& tour) {
   }
   std::string text = tour.stops_size() > 0 ? table.ToString() + "\n" : "";
   absl::StrAppend(&text, tour.message(), "\n");
-  absl::StrAppendFormat(&text, "  brings     %.1f m\u00b2 to %.0f samples/m\u00b2, from %s to %s of "
-                               "what can be\n",
+  absl::StrAppendFormat(&text,
+                        "  brings     %.1f m\u00b2 to %.0f samples/m\u00b2, from %s to %s of "
+                        "what can be\n",
                         tour.area_m2(), tour.required_density_per_m2(),
                         Percent(tour.coverage_before()), Percent(tour.coverage()));
   absl::StrAppendFormat(&text, "  walking    %.0f m in all\n", tour.walk_length_m());
   if (tour.has_least_stop_count()) {
-    absl::StrAppendFormat(&text, "  stations   %d of %d places; no choice of these has fewer than "
-                                 "%d\n",
+    absl::StrAppendFormat(&text,
+                          "  stations   %d of %d places; no choice of these has fewer than "
+                          "%d\n",
                           tour.stops_size(), tour.candidate_count(), tour.least_stop_count());
   }
   if (tour.scanner_durations_size() > 1) {
@@ -109,8 +111,9 @@ std::string TourReport(const v1::Tour& tour) {
   }
   if (!fewer.empty()) absl::StrAppend(&text, "  with less  ", absl::StrJoin(fewer, "; "), "\n");
   for (int k = 0; k < std::min(tour.open_surfaces_size(), kOpenPlacesShown); ++k) {
-    absl::StrAppendFormat(&text, "  %s %.1f m\u00b2 around %s\n", k == 0 ? "open      " : "          ",
-                          tour.open_surfaces(k).area_m2(), Text(tour.open_surfaces(k).position()));
+    absl::StrAppendFormat(&text, "  %s %.1f m\u00b2 around %s\n",
+                          k == 0 ? "open      " : "          ", tour.open_surfaces(k).area_m2(),
+                          Text(tour.open_surfaces(k).position()));
   }
   return text;
 }

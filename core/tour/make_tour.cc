@@ -33,8 +33,10 @@ constexpr int kChoices = 3;  // made anew where some of the chosen would not reg
 constexpr size_t kFirstSteps = 50'000;
 constexpr size_t kSteps = 1'000'000;
 // Work of a choice, as cover counts it: about a nanosecond each.
-constexpr uint64_t kFirstChoice = 300'000'000;
-constexpr uint64_t kChoice = 3'000'000'000;
+constexpr uint64_t kFirstChoice = 100'000'000;
+constexpr uint64_t kChoice = 2'000'000'000;
+// Of a tour with a work limit, for each ray of it.
+constexpr uint64_t kChoicePerRay = 20;
 constexpr double kShareOfChoice = 0.3;  // of the time that is left
 // An earlier tour is kept where a new one is not shorter by more scans than this.
 constexpr size_t kWorthChanging = 1;
@@ -222,6 +224,9 @@ class TourMaker {
     part.work_limit = std::numeric_limits<uint64_t>::max();
     part = part.Part(kShareOfChoice, 0);
     part.work_limit = work;
+    if (budget_.work_limit < work / kChoicePerRay) {
+      part.work_limit = kChoicePerRay * budget_.work_limit;
+    }
     return part;
   }
 

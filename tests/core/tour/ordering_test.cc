@@ -203,17 +203,23 @@ double Together(const OrderProblem& problem, const Routes& routes) {
 }
 
 TEST(OrderingTest, FourScannersHaveZonesAndAreDoneTogether) {
-  const Drawn drawn = Draw(11, 40, 4, 40, 12, 3);
-  const Routes routes = OrderStations(drawn.problem, 1000000, 1, parallel::Budget::Unlimited());
-  ExpectAll(routes, 40);
-  const Timetable table = TimetableOf(drawn.problem, routes);
-  EXPECT_TRUE(table.possible);
-  EXPECT_TRUE(Registers(drawn.problem, routes, table));
-  const auto [least, most] = std::minmax_element(table.done.begin(), table.done.end());
-  EXPECT_GT(*least, 0.75 * *most);
-  EXPECT_GT(Together(drawn.problem, routes), 0.85);
-  // Ten scans each, and what they walk and wait.
-  EXPECT_LT(table.minutes, 1.35 * 30);
+  constexpr int kSites = 4;
+  double together = 0;
+  for (uint64_t seed = 11; seed < 11 + kSites; ++seed) {
+    const Drawn drawn = Draw(seed, 40, 4, 40, 12, 3);
+    const Routes routes = OrderStations(drawn.problem, 300000, 1, parallel::Budget::Unlimited());
+    ExpectAll(routes, 40);
+    const Timetable table = TimetableOf(drawn.problem, routes);
+    EXPECT_TRUE(table.possible);
+    EXPECT_TRUE(Registers(drawn.problem, routes, table));
+    const auto [least, most] = std::minmax_element(table.done.begin(), table.done.end());
+    EXPECT_GT(*least, 0.75 * *most);
+    // Ten scans each, and what they walk and wait.
+    EXPECT_LT(table.minutes, 1.35 * 30);
+    together += Together(drawn.problem, routes) / kSites;
+  }
+  // Without a price on borders it is 0.6.
+  EXPECT_GT(together, 0.82);
 }
 
 TEST(OrderingTest, TheSameEveryTimeAndNeverWorseThanWhatItBeganWith) {
