@@ -451,7 +451,8 @@ TEST(BareGatewayTest, BodiesOfAllConnectionsHaveABound) {
   first.Send(whole.substr(0, whole.size() - 1));
   WebClient second(bare.port());
   second.Send(whole.substr(0, whole.size() - 1));
-  // Parts of both may be on their way: whichever brings too much is refused, and the other has room.
+  // Parts of both may be on their way: whichever brings too much is refused, and the other has
+  // room.
   std::array clients = {&first, &second};
   std::array<std::future<WebAnswer>, 2> answers;
   for (size_t i = 0; i < 2; ++i) {
