@@ -144,7 +144,8 @@ absl::Status DrawTour(Environment& environment, const TourArguments& arguments,
   }
   picture::TourPicture picture;
   const std::string& name = job->session().display_name();
-  picture.title = absl::StrCat(name.empty() ? client::IdOf(session) : name, ": ", tour.message());
+  picture.title = name.empty() ? client::IdOf(session) : name;
+  picture.figures.push_back(tour.message());
   picture.figures.push_back(
       absl::StrFormat("%.1f m\u00b2 come to %.0f samples/m\u00b2; %.0f m of walking",
                       tour.area_m2(), tour.required_density_per_m2(), tour.walk_length_m()));
@@ -221,8 +222,9 @@ void AddTour(CLI::App& parent, Environment& environment) {
                         "ID,ID,...: these of the fleet work together, each in a zone of its own")
             ->delimiter(',')
             ->excludes(model);
-        command.add_option("--goal", a.goal,
-                           "Of what can be brought to density, so much is wanted, % [98]");
+        command.add_option(
+            "--goal", a.goal,
+            "Of what can be brought to density, so much is wanted, % [what is worth a scan]");
         command.add_option("--minutes", a.minutes, "What is left of the day or the battery, min");
         command.add_option("--scans", a.scans, "Scans that are left, of all scanners together");
         command.add_option("--day", a.day,

@@ -21,7 +21,7 @@ constexpr int kOpenPlacesShown = 3;
 // What is said beside a stop.
 std::string Remarks(const v1::TourStop& stop) {
   std::vector<std::string> remarks;
-  if (stop.expected()) remarks.push_back("expected: nobody has seen the floor yet");
+  if (stop.expected()) remarks.push_back("expected");
   if (stop.kept()) remarks.push_back("kept");
   const double wait = client::SecondsOf(stop.wait_duration());
   if (wait > 30) remarks.push_back(absl::StrCat("waits ", HoursAndMinutes(wait)));
@@ -75,6 +75,8 @@ std::string TourReport(const v1::Tour& tour) {
     cells.push_back(Remarks(stop));
     table.Add(cells);
   }
+  const bool expected = std::any_of(tour.stops().begin(), tour.stops().end(),
+                                    [](const v1::TourStop& stop) { return stop.expected(); });
   std::string text = tour.stops_size() > 0 ? table.ToString() + "\n" : "";
   absl::StrAppend(&text, tour.message(), "\n");
   absl::StrAppendFormat(&text,
@@ -96,6 +98,7 @@ std::string TourReport(const v1::Tour& tour) {
     }
     absl::StrAppend(&text, "  scanners   ", absl::StrJoin(each, ", "), "\n");
   }
+  if (expected) text += "  expected   that a scanner can stand there; it was not seen yet\n";
   if (!tour.reaches_goal()) absl::StrAppend(&text, "  goal       not reached by it\n");
   if (tour.unregistered_count() > 0) {
     absl::StrAppendFormat(&text, "  left out   %d that would not register\n",

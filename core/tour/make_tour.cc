@@ -24,6 +24,7 @@
 namespace vantage::tour {
 namespace {
 
+constexpr double kNearlyAll = 0.98;   // the goal where none is given
 constexpr size_t kElements = 32'768;  // of the table
 constexpr size_t kChecked = 131'072;  // others, by which the answer is measured
 constexpr size_t kFirstCandidates = 160;
@@ -32,11 +33,11 @@ constexpr int kChoices = 3;  // made anew where some of the chosen would not reg
 // Of the search for an order, by round.
 constexpr size_t kFirstSteps = 50'000;
 constexpr size_t kSteps = 1'000'000;
-// Work of a choice, as cover counts it: about a nanosecond each.
+// Work of a choice, as cover counts it: some nanoseconds each.
 constexpr uint64_t kFirstChoice = 100'000'000;
-constexpr uint64_t kChoice = 2'000'000'000;
+constexpr uint64_t kChoice = 1'000'000'000;
 // Of a tour with a work limit, for each ray of it.
-constexpr uint64_t kChoicePerRay = 20;
+constexpr uint64_t kChoicePerRay = 5;
 constexpr double kShareOfChoice = 0.3;  // of the time that is left
 // An earlier tour is kept where a new one is not shorter by more scans than this.
 constexpr size_t kWorthChanging = 1;
@@ -68,7 +69,9 @@ absl::Status Validate(const planning::PlanningProblem& problem, const TourReques
                                 "finite place"));
     }
   }
-  if (!(request.goal > 0 && request.goal <= 1)) return Wrong("tour: goal must be in (0, 1]");
+  if (request.goal.has_value() && !(*request.goal > 0 && *request.goal <= 1)) {
+    return Wrong("tour: goal must be in (0, 1]");
+  }
   if (request.minutes.has_value() && !(*request.minutes > 0)) {
     return Wrong("tour: minutes must be above 0");
   }
@@ -240,17 +243,76 @@ class TourMaker {
     Made made;
     const double goal = GoalWeight();
     if (goal <= 0) return made;
-    auto chosen = cover::ChooseFewest(cover, goal, choosing);
+    // What was found from fewer candidates is where the search begins.
+    std::vector<uint32_t> known;
+    if (best_.has_value()) {
+      for (const ArrangedStop& stop : best_->arrangement.stops) known.push_back(stop.candidate);
+    }
+    auto chosen = cover::ChooseFewest(cover, goal, choosing, known);
     if (!chosen.ok()) return std::nullopt;
     std::vector<uint32_t> stations = chosen->cover.stations;
     made.fewest = chosen->least;
     made.reaches_goal = chosen->complete;
     if (previous_ > 0) made.kept = KeepPrevious(cover, goal, choosing, stations);
+    const bool trimmed = !request_.goal.has_value() && LeaveOutWhatIsNotWorthIt(cover, stations);
+    if (!request_.goal.has_value()) made.fewest = 0;
     made.arrangement = arranger_->Arrange(stations, steps, budget, parallel_);
     // Ways that were not found for want of time are none.
     if (!made.arrangement.finished || budget.Expired()) return std::nullopt;
-    made.reaches_goal = made.arrangement.area >= goal * (1 - 1e-9);
+    made.reaches_goal = trimmed ? chosen->complete : made.arrangement.area >= goal * (1 - 1e-9);
     return made;
+  }
+
+  // m^2 by which a plan judges whether a scan is worth it.
+  double WorthAScan() const { return problem_.config().terminate_below; }
+
+  // Takes out stations that bring less than a scan is worth beyond the others, the least first, if
+  // the others hang together without them. True when there were any.
+  bool LeaveOutWhatIsNotWorthIt(const cover::CoverProblem& cover,
+                                std::vector<uint32_t>& stations) const {
+    const size_t before = stations.size();
+    for (;;) {
+      const double all = table_->Weight(stations);
+      std::vector<std::pair<double, size_t>> losses;
+      for (size_t k = 0; k < stations.size(); ++k) {
+        const double loss = all - table_->Weight(Without(stations, k));
+        if (loss < WorthAScan()) losses.emplace_back(loss, k);
+      }
+      std::sort(losses.begin(), losses.end());
+      const auto leaves = std::find_if(losses.begin(), losses.end(), [&](const auto& loss) {
+        return HangTogether(cover, Without(stations, loss.second));
+      });
+      if (leaves == losses.end()) return stations.size() < before;
+      stations = Without(stations, leaves->second);
+    }
+  }
+  static std::vector<uint32_t> Without(std::vector<uint32_t> stations, size_t k) {
+    stations.erase(stations.begin() + static_cast<ptrdiff_t>(k));
+    return stations;
+  }
+  // Whether there is an order in which each registers.
+  static bool HangTogether(const cover::CoverProblem& cover,
+                           const std::vector<uint32_t>& stations) {
+    std::vector<uint32_t> reached;
+    std::vector<uint8_t> done(stations.size(), 0);
+    for (size_t k = 0; k < stations.size(); ++k) {
+      const bool root =
+          cover.anchored.empty()
+              ? k == 0
+              : std::binary_search(cover.anchored.begin(), cover.anchored.end(), stations[k]);
+      if (!root) continue;
+      done[k] = 1;
+      reached.push_back(stations[k]);
+    }
+    for (size_t at = 0; at < reached.size(); ++at) {
+      const std::vector<uint32_t>& links = cover.links[reached[at]];
+      for (size_t k = 0; k < stations.size(); ++k) {
+        if (done[k] != 0 || !std::binary_search(links.begin(), links.end(), stations[k])) continue;
+        done[k] = 1;
+        reached.push_back(stations[k]);
+      }
+    }
+    return reached.size() == stations.size();
   }
 
   // Replaces the stations by those of the earlier tour that still pay and what is needed besides,
@@ -274,7 +336,7 @@ class TourMaker {
           least = k;
         }
       }
-      if (loss < problem_.config().terminate_below) {
+      if (loss < WorthAScan()) {
         kept.erase(kept.begin() + static_cast<ptrdiff_t>(least));
         left_out = true;
       }
@@ -356,6 +418,7 @@ class TourMaker {
       if (a.arrangement.area != b.arrangement.area) return a.arrangement.area > b.arrangement.area;
       return a.arrangement.minutes < b.arrangement.minutes;
     }
+    if (!request_.goal.has_value()) return Value(a) > Value(b);
     // What is attainable grows with the candidates, and the goal with it.
     const double goal = GoalWeight();
     const bool reaches = a.arrangement.area >= goal * (1 - 1e-9);
@@ -365,6 +428,15 @@ class TourMaker {
       return a.arrangement.area > b.arrangement.area;
     }
     return a.arrangement.minutes < b.arrangement.minutes;
+  }
+
+  // m^2, less what everybody's time is worth: a scan has to bring so much.
+  double Value(const Made& made) const {
+    double scans = 0;  // that could be made in the time that all take
+    for (size_t s = 0; s < made.arrangement.done.size(); ++s) {
+      scans += made.arrangement.minutes / std::max(1e-3, request_.scanners[s].scan_seconds / 60);
+    }
+    return made.arrangement.area - WorthAScan() * scans;
   }
 
   void Keep(Made made) {

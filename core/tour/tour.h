@@ -27,7 +27,9 @@ struct TourRequest {
   // At least one, all of the problem's scanner model.
   std::vector<fleet::FleetMember> scanners;
   // What is wanted of the surface that can be brought to the required density at all, (0, 1].
-  double goal = 0.98;
+  // Absent: nearly all of it, but for stations that bring less than
+  // PlanningConfig::terminate_below beyond the others, for which a plan would send nobody.
+  std::optional<double> goal;
   // No more than that, where given: then the best that can be done with it.
   std::optional<double> minutes;  // > 0, of every scanner
   std::optional<size_t> scans;    // > 0, of all scanners together
@@ -87,8 +89,8 @@ struct Tour {
   double out_of_reach = 0;              // m^2 that none of them does
   double coverage_before = 0;           // area_before over area_before and attainable
   double coverage = 0;                  // the same when all scans are in
-  // No choice from these candidates that reaches the goal has fewer; 0 where scans or minutes were
-  // given.
+  // No choice from these candidates that reaches the goal has fewer; 0 where none was given, or
+  // scans or minutes were.
   size_t fewest = 0;
   bool reaches_goal = true;
   size_t candidates = 0;

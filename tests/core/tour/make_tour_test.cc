@@ -47,6 +47,7 @@ void ExpectSound(const Tour& tour, const TourRequest& request) {
 
 TEST(MakeTourTest, BringsAFlatToTheGoalWithStationsThatRegister) {
   FlatTour flat(3);
+  flat.request().goal = 0.98;
   const Tour tour = flat.Make();
   ExpectSound(tour, flat.request());
   EXPECT_TRUE(tour.complete);
@@ -60,6 +61,25 @@ TEST(MakeTourTest, BringsAFlatToTheGoalWithStationsThatRegister) {
   EXPECT_FALSE(flat.shown().front().complete);
   EXPECT_THAT(tour.message, HasSubstr("stations, "));
   EXPECT_THAT(tour.message, HasSubstr(" % at 3.16 cm"));
+}
+
+TEST(MakeTourTest, NobodyIsSentForLessThanAPlanWouldSendHimFor) {
+  FlatTour flat(3);
+  flat.request().goal = 0.98;
+  const Tour all = flat.Make();
+  flat.request().goal.reset();
+  const Tour worth = flat.Make();
+  ExpectSound(worth, flat.request());
+  EXPECT_LE(worth.stops.size(), all.stops.size());
+  EXPECT_EQ(worth.fewest, 0u);
+  flat.config().terminate_below = 8;
+  flat.Prepare();
+  const Tour few = flat.Make();
+  ExpectSound(few, flat.request());
+  EXPECT_LT(few.stops.size(), worth.stops.size());
+  // Its least worthwhile station brings what it has to, or others need it.
+  ASSERT_GE(few.worth.size(), 2u);
+  EXPECT_GT(few.worth.back().area - few.worth[few.worth.size() - 2].area, 4);
 }
 
 TEST(MakeTourTest, TheSameOnAnyNumberOfThreads) {

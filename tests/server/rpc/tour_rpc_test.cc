@@ -47,7 +47,7 @@ TEST_F(TourRpc, ToldAsItGetsBetterAndAtLastWhole) {
   ASSERT_FALSE(steps_.empty());
   for (size_t i = 0; i + 1 < steps_.size(); ++i) EXPECT_FALSE(steps_[i].last());
   EXPECT_TRUE(steps_.back().last());
-  const v1::Tour& tour = steps_.back().tour();
+  const v1::Tour tour = steps_.back().tour();
   EXPECT_EQ(tour.model_version(), 1U);
   EXPECT_TRUE(tour.complete());
   EXPECT_THAT(tour.message(), HasSubstr(" % at 2 cm"));
