@@ -108,9 +108,9 @@ std::string TourReport(const v1::Tour& tour) {
   std::vector<std::string> fewer;
   for (int k = points - 2; k >= 0 && fewer.size() < 3; k -= std::max(1, points / 6)) {
     const v1::TourWorth& point = tour.worth(k);
-    fewer.push_back(absl::StrFormat("%d scans, %s: %s", point.scan_count(),
-                                    HoursAndMinutes(client::SecondsOf(point.duration())),
-                                    Percent(point.coverage())));
+    fewer.push_back(absl::StrFormat(
+        "%d %s, %s: %.1f %%", point.scan_count(), point.scan_count() == 1 ? "scan" : "scans",
+        HoursAndMinutes(client::SecondsOf(point.duration())), 100 * point.coverage()));
   }
   if (!fewer.empty()) absl::StrAppend(&text, "  with less  ", absl::StrJoin(fewer, "; "), "\n");
   for (int k = 0; k < std::min(tour.open_surfaces_size(), kOpenPlacesShown); ++k) {

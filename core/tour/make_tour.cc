@@ -201,7 +201,9 @@ class TourMaker {
 
   double Before() const { return problem_.coverage().area_at_density; }
   // m^2 of the table's elements that have to be brought.
-  double GoalWeight() const { return request_.goal * (Before() + table_->attainable()) - Before(); }
+  double GoalWeight() const {
+    return request_.goal.value_or(kNearlyAll) * (Before() + table_->attainable()) - Before();
+  }
 
   // Chooses from the table as it is now, arranges, and keeps what is better.
   void Round(const parallel::Budget& budget, uint64_t choice_work, size_t steps) {

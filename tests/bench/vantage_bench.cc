@@ -94,8 +94,8 @@ constexpr auto kGroups = std::to_array<Group>({
      "several scanners on one job; --full: 1,000 m2, an hour and more", 8, BenchFleet},
     {"tour", "tour.",
      "tours of 1,000 m2 of which the shape is known, beside greedy stations in their order, the "
-     "best stations by the scene's own rays, and a job that knew nothing",
-     25, BenchTour},
+     "best stations by the scene's own rays; --full: a job that knew nothing",
+     10, BenchTour},
 });
 
 void PrintGroups() {

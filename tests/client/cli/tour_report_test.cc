@@ -38,7 +38,7 @@ TEST(TourReportTest, IsATableThatEndsWithWhatItComesTo) {
   EXPECT_THAT(text, HasSubstr("8 min"));
   EXPECT_THAT(text, HasSubstr("\n2 stations, 8 min, 60 % at 2 cm\n"));
   EXPECT_THAT(text, HasSubstr("no choice of these has fewer than 2"));
-  EXPECT_THAT(text, HasSubstr("1 scans, 4 min: 40.0 %"));
+  EXPECT_THAT(text, HasSubstr("1 scan, 4 min: 40.0 %"));
   // One scanner, one day, one storey: no columns for them.
   EXPECT_THAT(text, Not(HasSubstr("scanner ")));
   EXPECT_THAT(text, Not(HasSubstr("storey")));

@@ -206,7 +206,7 @@ TEST(OrderingTest, FourScannersHaveZonesAndAreDoneTogether) {
   constexpr int kSites = 4;
   double together = 0;
   for (uint64_t seed = 11; seed < 11 + kSites; ++seed) {
-    const Drawn drawn = Draw(seed, 40, 4, 40, 12, 3);
+    const Drawn drawn = Draw(seed, 40, 4, 40, 16, 3);
     const Routes routes = OrderStations(drawn.problem, 300000, 1, parallel::Budget::Unlimited());
     ExpectAll(routes, 40);
     const Timetable table = TimetableOf(drawn.problem, routes);
