@@ -29,10 +29,10 @@ constexpr size_t kElements = 32'768;  // of the table
 constexpr size_t kChecked = 131'072;  // others, by which the answer is measured
 constexpr size_t kFirstCandidates = 160;
 constexpr int kRefinements = 3;
-constexpr int kChoices = 3;  // made anew where some of the chosen would not register
+constexpr int kChoices = 2;  // made anew where some of the chosen would not register
 // Of the search for an order, by round.
 constexpr size_t kFirstSteps = 50'000;
-constexpr size_t kSteps = 1'000'000;
+constexpr size_t kSteps = 500'000;
 // Work of a choice, as cover counts it: some nanoseconds each.
 constexpr uint64_t kFirstChoice = 100'000'000;
 constexpr uint64_t kChoice = 1'000'000'000;

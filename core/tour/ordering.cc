@@ -62,8 +62,15 @@ class Clockwork {
       : problem_(problem),
         any_anchored_(AnyAnchored(problem)),
         neighbours_(NeighboursOf(problem, kNeighbours)),
+        opens_(problem.stations()),
         of_(problem.stations()),
-        open_from_(problem.stations()) {}
+        open_from_(problem.stations()) {
+    for (uint32_t i = 0; i < opens_.size(); ++i) {
+      for (const uint32_t other : problem.links[i]) {
+        if (problem.anchored[other] == 0) opens_[i].push_back(other);
+      }
+    }
+  }
 
   // `table`, where given, is filled. Returns the cost.
   double Run(const Routes& routes, Timetable* table) {
@@ -115,7 +122,7 @@ class Clockwork {
       }
       begun = true;
       open_from_[at] = std::min(open_from_[at], end);
-      for (const uint32_t other : problem_.links[at]) {
+      for (const uint32_t other : opens_[at]) {
         open_from_[other] = std::min(open_from_[other], end);
       }
       free_[who] = end;
@@ -163,6 +170,8 @@ class Clockwork {
   const OrderProblem& problem_;
   const bool any_anchored_;
   const std::vector<std::vector<uint32_t>> neighbours_;
+  // By station, those that its scan lets register which do not do so from the beginning.
+  std::vector<std::vector<uint32_t>> opens_;
   std::vector<size_t> of_;
   std::vector<double> open_from_;  // minutes, by station: from when on it registers
   std::vector<size_t> next_;

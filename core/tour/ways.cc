@@ -5,6 +5,13 @@
 #include "core/tour/ordering.h"
 
 namespace vantage::tour {
+namespace {
+
+// Of the straight line: floor between two places of which no way is known, but which are taken to
+// be reachable, since it is only assumed.
+constexpr double kDetour = 1.5;
+
+}  // namespace
 
 Ways::Ways(const planning::PlanningProblem& problem)
     : grid_(fleet::WalkGridOf(problem.feasible(), {})) {}
@@ -25,7 +32,7 @@ std::vector<std::vector<double>> Ways::Between(std::span<const Eigen::Vector3d> 
     if (all || budget.Expired()) return;
     const fleet::TravelMap travel(grid_, from[i], budget);
     for (size_t j = 0; j < to.size(); ++j) {
-      lengths[i][j] = travel.Length(to[j]).value_or(kNoWay);
+      lengths[i][j] = travel.Length(to[j]).value_or(kDetour * (to[j] - from[i]).head<2>().norm());
     }
   });
   if (budget.Expired()) return lengths;  // some may be unknown for that alone

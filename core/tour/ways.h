@@ -21,8 +21,9 @@ class Ways {
  public:
   explicit Ways(const planning::PlanningProblem& problem);
 
-  // m from each of `from` to each of `to`; kNoWay where there is none, or the budget expired on the
-  // way.
+  // m from each of `from` to each of `to`. Where no way is known (over floor that is only assumed)
+  // half as much again as the straight line; kNoWay where the budget expired before it was looked
+  // for.
   std::vector<std::vector<double>> Between(std::span<const Eigen::Vector3d> from,
                                            std::span<const Eigen::Vector3d> to,
                                            const parallel::Budget& budget,

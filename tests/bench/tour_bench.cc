@@ -157,17 +157,19 @@ class Tours {
 
   tour::Tour Make(const tour::TourRequest& request, std::vector<Seen>* seen) {
     const auto began = std::chrono::steady_clock::now();
-    return tour::MakeTour(*problem_, request, parallel::Budget::Seconds(kBudget), parallel_,
-                          [&](const tour::Tour& tour) {
-                            const double seconds = std::chrono::duration<double>(
-                                                       std::chrono::steady_clock::now() - began)
-                                                       .count();
-                            absl::FPrintF(stderr, "  %6.1f s: %s; %d candidates, least %d\n",
-                                          seconds, tour.message, tour.candidates, tour.fewest);
-                            if (seen != nullptr) {
-                              seen->push_back({seconds, tour.minutes, tour.reaches_goal});
-                            }
-                          })
+    return tour::MakeTour(
+               *problem_, request, parallel::Budget::Seconds(kBudget), parallel_,
+               [&](const tour::Tour& tour) {
+                 const double seconds =
+                     std::chrono::duration<double>(std::chrono::steady_clock::now() - began)
+                         .count();
+                 absl::FPrintF(
+                     stderr, "  %6.1f s: %s; %d candidates, least %d, %d would not register\n",
+                     seconds, tour.message, tour.candidates, tour.fewest, tour.not_registering);
+                 if (seen != nullptr) {
+                   seen->push_back({seconds, tour.minutes, tour.reaches_goal});
+                 }
+               })
         .value();
   }
 
