@@ -70,6 +70,7 @@ TEST_F(TourRpc, OfScannersThatAreNamed) {
     v1::CreateScannerRequest create;
     create.set_parent(room_);
     create.set_scanner_id(id);
+    create.mutable_scanner()->set_display_name(id);
     v1::CreateScannerResponse created;
     ASSERT_TRUE(server_.fleet->CreateScanner(&context, create, &created).ok());
   }
