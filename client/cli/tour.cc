@@ -240,7 +240,7 @@ void AddTour(CLI::App& parent, Environment& environment) {
         command.add_option("--work", a.work, "Work it may take, rays, instead of time")
             ->excludes(budget);
         command.add_option("--candidates", a.candidates,
-                           "Places that stations are chosen from, in each round [500]");
+                           "Places that stations are chosen from, in each round [1000]");
         command
             .add_option("--set", a.set,
                         "PATH=VALUE, repeatable: planning configuration for this tour only")

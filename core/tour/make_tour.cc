@@ -211,7 +211,7 @@ class TourMaker {
     for (int k = 0; k < kChoices; ++k) {
       std::optional<Made> made = ChooseAndArrange(budget, choice_work, steps);
       if (!made.has_value()) return;
-      const bool again = !made->arrangement.not_registering.empty();
+      const bool again = made->lost >= WorthAScan();
       Keep(*std::move(made));
       if (!again || budget.Expired()) return;
     }
@@ -222,6 +222,7 @@ class TourMaker {
     size_t fewest = 0;
     bool reaches_goal = true;
     size_t kept = 0;
+    double lost = 0;  // m^2, by stations that were left out since they would not register
   };
 
   parallel::Budget OfChoice(const parallel::Budget& budget, uint64_t work) const {

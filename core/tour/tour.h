@@ -41,7 +41,7 @@ struct TourRequest {
   // pays of it is kept, unless a tour without it is shorter by more than one scan.
   std::vector<Eigen::Vector3d> previous;
   // Places that are chosen from, at most.
-  size_t most_candidates = 500;
+  size_t most_candidates = 1000;
 };
 
 // A scan of a tour.

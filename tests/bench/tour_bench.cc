@@ -189,18 +189,23 @@ class Tours {
                                   final)});
   }
 
-  // Candidates by what each brings beyond the ones before it, until they bring `area`.
+  // Candidates by what each brings beyond the ones before it, until they bring `area` of the cells
+  // by which tours are measured.
   std::vector<uint32_t> Greedy(double area) {
     overlap_.emplace(tour::OverlapTable::Create(*problem_, parallel_).value());
     elements_ = tour::GainElements::Of(*problem_, 32768, 0, parallel_);
     table_.emplace(*problem_, *overlap_, elements_);
     table_
-        ->Add(tour::SpreadViews(*problem_, tour::SpacingFor(*problem_), 600),
+        ->Add(tour::SpreadViews(*problem_, tour::SpacingFor(*problem_),
+                                tour::TourRequest().most_candidates),
               parallel::Budget::Unlimited(), parallel_)
         .IgnoreError();
+    const tour::GainElements checked = tour::GainElements::Of(*problem_, 131072, 1, parallel_);
+    cover::ElementSet measured((checked.weights.size() + 63) / 64, 0);
     std::vector<uint32_t> chosen;
     double brought = 0;
-    while (brought < area && chosen.size() < table_->candidates().size()) {
+    double so_far = 0;
+    while (so_far < area && chosen.size() < table_->candidates().size()) {
       std::pair<double, uint32_t> best = {-1, 0};
       const cover::ElementSet covered = table_->Covered(chosen);
       for (uint32_t i = 0; i < table_->candidates().size(); ++i) {
@@ -212,6 +217,14 @@ class Tours {
       if (best.first <= brought) break;
       brought = best.first;
       chosen.push_back(best.second);
+      uint64_t rays = 0;
+      const auto more = tour::Brought(*problem_, table_->candidates()[best.second], checked,
+                                      parallel::Budget::Unlimited(), rays);
+      so_far = 0;
+      for (size_t i = 0; i < checked.weights.size(); ++i) {
+        measured[i / 64] |= (*more)[i / 64] & (uint64_t{1} << (i % 64));
+        if ((measured[i / 64] >> (i % 64) & 1) != 0) so_far += checked.weights[i];
+      }
     }
     return chosen;
   }
