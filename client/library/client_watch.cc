@@ -226,8 +226,8 @@ absl::StatusOr<v1::Tour> Client::CreateTour(const v1::CreateTourRequest& request
     }
     const grpc::Status status = stream->Finish();
     if (last) return latest;
-    const absl::Status ended = status.ok() ? absl::UnavailableError("the server closed the tour")
-                                           : wire_->Failure(status);
+    const absl::Status ended =
+        status.ok() ? absl::UnavailableError("the server closed the tour") : wire_->Failure(status);
     if (absl::Status resumed = resumption.AfterBreak(ended); !resumed.ok()) return resumed;
   }
 }

@@ -28,7 +28,7 @@ constexpr double kMaxBudget = 3600;
 constexpr double kDefaultTourBudget = 30;  // s
 constexpr double kMinTourBudget = 0.1;
 constexpr double kMaxTourBudget = 600;
-constexpr double kLongestDay = 1000 * 3600.0;     // s
+constexpr double kLongestDay = 1000 * 3600.0;      // s
 constexpr double kLatestOpening = 10000 * 3600.0;  // s
 constexpr int kMaxTourScanners = 16;
 constexpr int kMaxRoomHours = 64;
@@ -314,8 +314,8 @@ absl::Status CheckRequest(const v1::CreateTourRequest& request) {
     const double seconds = ReadDuration(asked);
     const bool whole = asked.nanos() > -1'000'000'000 && asked.nanos() < 1'000'000'000;
     if (whole && seconds >= least && seconds <= longest) return;
-    violations.Add(field, absl::StrCat("is ", seconds, " s, must be in [", least, ", ", longest,
-                                       "]"));
+    violations.Add(field,
+                   absl::StrCat("is ", seconds, " s, must be in [", least, ", ", longest, "]"));
   };
   if (wish.scanners_size() > 0 && !wish.scanner_model_id().empty()) {
     violations.Add("wish.scanner_model_id",

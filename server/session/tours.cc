@@ -102,8 +102,8 @@ absl::StatusOr<Tours::Inputs> Tours::Read(const v1::TourWish& wish) {
       const std::string field = absl::StrCat("wish.scanners[", i, "]");
       const auto it = state.scanners.find(wish.scanners(i));
       if (it == state.scanners.end()) {
-        violations.Add(field, absl::StrCat("'", wish.scanners(i),
-                                           "' is no scanner of this session"));
+        violations.Add(field,
+                       absl::StrCat("'", wish.scanners(i), "' is no scanner of this session"));
         continue;
       }
       if (std::count(names.begin(), names.end(), wish.scanners(i)) > 0) {
@@ -113,8 +113,9 @@ absl::StatusOr<Tours::Inputs> Tours::Read(const v1::TourWish& wish) {
       const v1::ScannerModel& model = conversion::ModelOf(it->second, described);
       if (first == nullptr) first = &model;
       if (model.id() != first->id()) {
-        violations.Add(field, "is of another model than the first; a tour is made for scanners of "
-                              "one model");
+        violations.Add(field,
+                       "is of another model than the first; a tour is made for scanners of "
+                       "one model");
       }
       names.push_back(wish.scanners(i));
       members.push_back(conversion::ReadFleetMember(it->second, described, context_.origin()));
@@ -128,8 +129,8 @@ absl::StatusOr<Tours::Inputs> Tours::Read(const v1::TourWish& wish) {
   if (!plan.ok()) return plan.status();
   Inputs inputs{*std::move(plan), {}};
   contract::Violations rooms;
-  inputs.request = conversion::ReadTourWish(wish, inputs.plan.config.regions, context_.origin(),
-                                            rooms);
+  inputs.request =
+      conversion::ReadTourWish(wish, inputs.plan.config.regions, context_.origin(), rooms);
   known = rooms.ToStatus();
   if (!known.ok()) return known;
   if (members.empty()) {
@@ -200,9 +201,8 @@ void Tours::Run(const std::shared_ptr<TourRun>& run, const Inputs& inputs,
   }
   budget.cancelled = run->stop_.get_token();
   const auto show = [&](const tour::Tour& tour) {
-    v1::Tour written = conversion::WriteTour(tour, inputs.plan.scanners,
-                                             inputs.plan.config.required_density,
-                                             context_.origin());
+    v1::Tour written = conversion::WriteTour(
+        tour, inputs.plan.scanners, inputs.plan.config.required_density, context_.origin());
     written.set_model_version(inputs.plan.model.version);
     run->Improve(std::move(written));
   };

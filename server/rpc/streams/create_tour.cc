@@ -50,9 +50,10 @@ class TourStream final : public PumpedWriter<v1::CreateTourResponse> {
 
 }  // namespace
 
-grpc::ServerWriteReactor<v1::CreateTourResponse>* CreateTour(
-    const RpcDependencies& dependencies, const std::shared_ptr<RpcCall>& call,
-    grpc::CallbackServerContext* context, const v1::CreateTourRequest& request) {
+grpc::ServerWriteReactor<v1::CreateTourResponse>* CreateTour(const RpcDependencies& dependencies,
+                                                             const std::shared_ptr<RpcCall>& call,
+                                                             grpc::CallbackServerContext* context,
+                                                             const v1::CreateTourRequest& request) {
   using Refused = RefusedStream<grpc::ServerWriteReactor<v1::CreateTourResponse>>;
   const auto session = FindForWork(call->sessions(), request);
   if (!session.ok()) return new Refused(*call, session.status(), context);
