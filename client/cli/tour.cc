@@ -133,8 +133,13 @@ absl::Status DrawTour(Environment& environment, const TourArguments& arguments,
   export_surface.set_name(session);
   export_surface.set_format(v1::EXPORT_FORMAT_SURFACE_PLY);
   const auto bytes = client.ExportBytes(export_surface);
-  if (!bytes.ok()) return bytes.status();
-  auto surfaces = picture::ParseSurfacePly(*bytes);
+  absl::StatusOr<std::vector<picture::SurfaceElement>> surfaces =
+      std::vector<picture::SurfaceElement>();
+  if (bytes.ok()) {
+    surfaces = picture::ParseSurfacePly(*bytes);
+  } else if (!absl::IsFailedPrecondition(bytes.status())) {  // before the first scan: no walls
+    return bytes.status();
+  }
   if (!surfaces.ok()) return surfaces.status();
   const bool all = !storey->storey.has_value();
   if (!all) {

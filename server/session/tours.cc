@@ -6,7 +6,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
-#include "core/planning/problem/planning_estimate.h"
 #include "server/contract/error.h"
 #include "server/contract/out_of_memory.h"
 #include "server/conversion/check_request.h"
@@ -127,7 +126,7 @@ absl::StatusOr<Tours::Inputs> Tours::Read(const v1::TourWish& wish) {
   absl::StatusOr<PlanInputs> plan =
       ReadPlanInputs(context_, model_, scanner_model, wish.config_overrides(), "wish.");
   if (!plan.ok()) return plan.status();
-  Inputs inputs{*std::move(plan), {}};
+  Inputs inputs{*std::move(plan), {}, nullptr};
   contract::Violations rooms;
   inputs.request =
       conversion::ReadTourWish(wish, inputs.plan.config.regions, context_.origin(), rooms);
@@ -146,11 +145,11 @@ absl::StatusOr<Tours::Inputs> Tours::Read(const v1::TourWish& wish) {
   const conversion::PlanBudget budget = conversion::ReadTourBudget(wish);
   inputs.plan.seconds = budget.seconds;
   if (budget.work_limit > 0) inputs.plan.budget.work_limit = budget.work_limit;
-  absl::StatusOr<MemoryAccount::Reservation> room = model_.Reserve(static_cast<int64_t>(
-      planning::EstimatePlanningMemory(*inputs.plan.model.view, inputs.plan.config) +
-      tour::EstimateTourMemory(inputs.request)));
+  if (absl::Status room = ReserveMemory(model_, inputs.plan); !room.ok()) return room;
+  absl::StatusOr<MemoryAccount::Reservation> room =
+      model_.Reserve(static_cast<int64_t>(tour::EstimateTourMemory(inputs.request)));
   if (!room.ok()) return room.status();
-  inputs.plan.memory = std::make_shared<MemoryAccount::Reservation>(*std::move(room));
+  inputs.memory = std::make_shared<MemoryAccount::Reservation>(*std::move(room));
   return inputs;
 }
 

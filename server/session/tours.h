@@ -65,6 +65,8 @@ class Tours {
   struct Inputs {
     PlanInputs plan;
     tour::TourRequest request;
+    // Besides that of the problem; given back with the last copy.
+    std::shared_ptr<MemoryAccount::Reservation> memory;
   };
   absl::StatusOr<Inputs> Read(const v1::TourWish& wish);
   void Run(const std::shared_ptr<TourRun>& run, const Inputs& inputs, parallel::Parallel& parallel);
