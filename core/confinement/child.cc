@@ -77,14 +77,17 @@ absl::StatusOr<Ends> AnswersPipe() {
   return Ends{Apart(first.get()), Apart(second.get())};
 }
 
-// Nothing of the caller's environment; of a sanitizer, that a crash is one.
+// Nothing of the caller's environment. OpenBLAS, where that is the machine's BLAS, starts threads
+// as soon as it is loaded, which make calls that no reader may; with one it starts none. Of a
+// sanitizer, that a crash is one.
 std::vector<std::string> Environment() {
-  if (!kSanitized) return {};
+  const std::string one_thread = "OPENBLAS_NUM_THREADS=1";
+  if (!kSanitized) return {one_thread};
   constexpr char kOptions[] =
       "handle_segv=0:handle_sigbus=0:handle_sigfpe=0:handle_sigill=0:handle_abort=0:"
       "detect_leaks=0:abort_on_error=1:symbolize=0";
   return {absl::StrCat("ASAN_OPTIONS=", kOptions), absl::StrCat("TSAN_OPTIONS=", kOptions),
-          absl::StrCat("UBSAN_OPTIONS=", kOptions)};
+          absl::StrCat("UBSAN_OPTIONS=", kOptions), one_thread};
 }
 
 std::vector<char*> Pointers(std::vector<std::string>& strings) {

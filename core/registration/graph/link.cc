@@ -17,6 +17,7 @@
 #include "core/registration/align/pose_step.h"
 #include "core/registration/bound/error_bound.h"
 #include "core/registration/graph/adjust.h"
+#include "core/registration/graph/lone_holds.h"
 
 namespace vantage::registration {
 namespace {
@@ -24,7 +25,7 @@ namespace {
 // Patches of b that are looked for on a's surface: at first, to find the way, and at last.
 constexpr size_t kFewPatches = 1200;
 constexpr size_t kManyPatches = 6000;
-// A link rests on as many at least: a square metre and a half.
+// A link, and each direction that it holds, rests on as many at least: a square metre and a half.
 constexpr size_t kFewestPatches = 40;
 // m, along a surface: how far a patch's centroid may lie from that of the one it is matched to.
 // Patches of one surface have centroids within one side of each other.
@@ -33,8 +34,8 @@ constexpr double kAcross = kPatchSide;
 // when only noise is left (3 degrees) and what is round.
 constexpr double kNearlyAlike = 0.8;
 constexpr double kAlike = 0.94;
-// Gates, m, of residuals along the normal: they shrink by a factor from the reach to the last,
-// which follows the residuals.
+// Gates, m, of residuals along the normal: they shrink by a factor from the reach to the least, and
+// then follow the residuals.
 constexpr double kGateFactor = 0.6;
 constexpr double kLeastGate = 0.02;
 constexpr int kStepsOfGate = 2;
@@ -211,8 +212,9 @@ class PatchAligner {
     for (int step = 0; step < kLinkSteps; ++step) {
       alignment.matches = MatchPatches(grid, many, alignment.T_a_b, gate, kAlike, normal_sigma_);
       if (alignment.matches.size() < kFewestPatches) return alignment;
-      gate = std::clamp(kTukeySigmas * kMedianToSigma * MedianResidual(alignment.matches),
-                        kLeastGate, gate);
+      // No wider than the residuals ask for: of the planes that lie side by side within centimetres
+      // the wrong ones would pull.
+      gate = std::min(gate, kTukeySigmas * kMedianToSigma * MedianResidual(alignment.matches));
       if (alignment.converged) return alignment;
       const sensor::Vector6d change = Step(alignment.matches, gate, 0, held, alignment.T_a_b);
       alignment.converged = step >= 2 && change.tail<3>().norm() < kSmallShift &&
@@ -276,6 +278,7 @@ Weighed WeighMatches(const std::vector<PatchMatch>& matches, const RegistrationC
   weighed.normal_sigma = std::max(0.5 * config.normal_sigma / std::sqrt(2.0),
                                   0.5 * MedianOf(std::move(angles)) / kRayleighMedian);
   for (Constraint& c : weighed.constraints) c.variance *= std::max(1.0, ratio / count);
+  ReleaseLoneHolds(weighed.constraints, kFewestPatches);
   return weighed;
 }
 

@@ -95,9 +95,9 @@ TEST_F(ChildTest, ReadsWhatItIsHandedAndAnswersAgainAndAgain) {
 TEST_F(ChildTest, HasNothingOfItsParentsEnvironmentAndFiles) {
   const Descriptor other(open("/dev/null", O_RDWR));  // not closed by executing
   if (kSanitized) GTEST_SKIP() << "a sanitizer has options";
-  const absl::Status asked = Ask("surroundings", 29);
+  const absl::Status asked = Ask("surroundings", 37);
   EXPECT_TRUE(asked.ok()) << asked;
-  EXPECT_EQ(answer_, "no environment, 0 descriptors");
+  EXPECT_EQ(answer_, "OPENBLAS_NUM_THREADS=1, 0 descriptors");
 }
 
 TEST_F(ChildTest, ACrashIsAnError) {
@@ -231,8 +231,8 @@ TEST_F(ChildTest, WhatIsRequiredAndMissingIsSaidAndNothingIsRead) {
 
 TEST_F(ChildTest, WhatComesOnTopMayBeMissing) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer has an environment";
-  EXPECT_EQ(OutputOf("--without unshare"), "no environment, 0 descriptors");
-  EXPECT_EQ(OutputOf("--without landlock"), "no environment, 0 descriptors");
+  EXPECT_EQ(OutputOf("--without unshare"), "OPENBLAS_NUM_THREADS=1, 0 descriptors");
+  EXPECT_EQ(OutputOf("--without landlock"), "OPENBLAS_NUM_THREADS=1, 0 descriptors");
 }
 
 TEST_F(ChildTest, AReaderThatIsNotThereDoesNotStart) {

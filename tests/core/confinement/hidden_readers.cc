@@ -80,8 +80,10 @@ const std::map<std::string, Deed>& Deeds() {
       {"try again", [](Asker& asker) { asker.End(absl::UnavailableError("later")); }},
       {"surroundings",
        [](Asker& asker) {
-         asker.Say(environ == nullptr || *environ == nullptr ? "no environment" : *environ);
-         asker.Say(absl::StrCat(", ", OpenDescriptors(), " descriptors"));
+         for (char** variable = environ; variable != nullptr && *variable != nullptr; ++variable) {
+           asker.Say(absl::StrCat(*variable, ", "));
+         }
+         asker.Say(absl::StrCat(OpenDescriptors(), " descriptors"));
          asker.End(absl::OkStatus());
        }},
       // Crashes.
@@ -229,9 +231,9 @@ int Without(const std::string& call) {
   absl::StatusOr<Child> child = Child::Start(kHiddenReader, STDIN_FILENO, Plenty());
   const absl::Status asked =
       !child.ok() ? child.status() : child->Ask("surroundings", {}, [](Answer& answer) {
-        char text[29];
+        char text[37];
         absl::Status read = answer.Read(text, sizeof(text));
-        if (read.ok()) std::printf("%.29s", text);
+        if (read.ok()) std::printf("%.37s", text);
         return read;
       });
   if (!asked.ok()) std::printf("%s", asked.ToString().c_str());
