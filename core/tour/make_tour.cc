@@ -38,7 +38,7 @@ constexpr uint64_t kFirstChoice = 100'000'000;
 constexpr uint64_t kChoice = 1'000'000'000;
 // Of a tour with a work limit, for each ray of it.
 constexpr uint64_t kChoicePerRay = 5;
-constexpr double kShareOfChoice = 0.3;  // of the time that is left
+constexpr double kShareOfChoice = 0.2;  // of the time that is left
 // An earlier tour is kept where a new one is not shorter by more scans than this.
 constexpr size_t kWorthChanging = 1;
 constexpr double kSamePlace = 0.5;  // m
@@ -259,9 +259,12 @@ class TourMaker {
     if (previous_ > 0) made.kept = KeepPrevious(cover, goal, choosing, stations);
     const bool trimmed = !request_.goal.has_value() && LeaveOutWhatIsNotWorthIt(cover, stations);
     if (!request_.goal.has_value()) made.fewest = 0;
-    made.arrangement = arranger_->Arrange(stations, steps, budget, parallel_);
-    // Ways that were not found for want of time are none.
-    if (!made.arrangement.finished || budget.Expired()) return std::nullopt;
+    // What was chosen is arranged to the end: some seconds on a large site, without which the
+    // choice would have been for nothing.
+    parallel::Budget arranging = parallel::Budget::Unlimited();
+    arranging.cancelled = budget_.cancelled;
+    made.arrangement = arranger_->Arrange(stations, steps, arranging, parallel_);
+    if (!made.arrangement.finished || arranging.Expired()) return std::nullopt;
     made.reaches_goal = trimmed ? chosen->complete : made.arrangement.area >= goal * (1 - 1e-9);
     return made;
   }

@@ -19,7 +19,8 @@ using TourProgress = absl::FunctionRef<void(const Tour&)>;
 
 // From a model with what is expected of it, whatever that comes from; before the first scan, too,
 // where all is expected. A first tour comes soon, from few candidates; then from more, and from
-// more beside the stations that were chosen, until nothing improves or the budget ends. With a work
+// more beside the stations that were chosen, until nothing improves or the budget ends; what was
+// chosen by then is still arranged, which takes some seconds on a large site. With a work
 // limit and no deadline the same on any number of threads. INVALID_ARGUMENT: the request is
 // impossible; the message names the field. FAILED_PRECONDITION: there is nowhere to stand.
 // CANCELLED: it was, or the budget ended before there was a tour.
