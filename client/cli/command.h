@@ -93,6 +93,7 @@ void AddScanAccept(CLI::App& parent, Environment& environment);
 void AddScanWithdraw(CLI::App& parent, Environment& environment);
 void AddScanSetPose(CLI::App& parent, Environment& environment);
 void AddPlan(CLI::App& parent, Environment& environment);
+void AddTour(CLI::App& parent, Environment& environment);
 void AddScannerAdd(CLI::App& parent, Environment& environment);
 void AddScannerList(CLI::App& parent, Environment& environment);
 void AddScannerUpdate(CLI::App& parent, Environment& environment);

@@ -142,6 +142,7 @@ int main(int argc, char** argv) {
   vantage::cli::AddPlansDelete(plans, environment);
 
   vantage::cli::AddPlan(app, environment);
+  vantage::cli::AddTour(app, environment);
   vantage::cli::AddEvaluate(app, environment);
   vantage::cli::AddReject(app, environment);
   vantage::cli::AddCoverage(app, environment);

@@ -147,6 +147,11 @@ class Client {
   absl::StatusOr<v1::Plan> WatchPlan(const std::string& plan,
                                      absl::FunctionRef<void(const v1::Plan&)> on_revision);
 
+  // Asks for a tour and follows it until it is as good as it gets within its budget; `on_tour` is
+  // called for each that arrives, the last one too. After a break it is made anew.
+  absl::StatusOr<v1::Tour> CreateTour(const v1::CreateTourRequest& request,
+                                      absl::FunctionRef<void(const v1::Tour&)> on_tour);
+
   // A plan with its patches and its whole map of scores, page after page.
   absl::StatusOr<v1::Plan> GetFullPlan(const std::string& plan);
 

@@ -207,6 +207,31 @@ absl::StatusOr<v1::Plan> Client::WatchPlan(const std::string& name,
   }
 }
 
+absl::StatusOr<v1::Tour> Client::CreateTour(const v1::CreateTourRequest& request,
+                                            absl::FunctionRef<void(const v1::Tour&)> on_tour) {
+  Resumption resumption(wire_->options.give_up_after);
+  while (true) {
+    grpc::ClientContext context;
+    if (absl::Status prepared = wire_->Prepare(context); !prepared.ok()) return prepared;
+    auto stream = wire_->plans->CreateTour(&context, request);
+    v1::CreateTourResponse response;
+    v1::Tour latest;
+    bool last = false;
+    while (stream->Read(&response)) {
+      resumption.Progress();
+      if (!response.has_tour()) continue;  // a heartbeat
+      latest = response.tour();
+      last = response.last();
+      on_tour(latest);
+    }
+    const grpc::Status status = stream->Finish();
+    if (last) return latest;
+    const absl::Status ended =
+        status.ok() ? absl::UnavailableError("the server closed the tour") : wire_->Failure(status);
+    if (absl::Status resumed = resumption.AfterBreak(ended); !resumed.ok()) return resumed;
+  }
+}
+
 absl::StatusOr<v1::Plan> Client::GetFullPlan(const std::string& name) {
   v1::GetPlanRequest request;
   request.set_name(name);

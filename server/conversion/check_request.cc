@@ -25,6 +25,17 @@ constexpr int kMaxExportedScans = 1000;
 constexpr double kDefaultBudget = 1.0;  // s
 constexpr double kMinBudget = 0.01;
 constexpr double kMaxBudget = 3600;
+constexpr double kDefaultTourBudget = 30;  // s
+constexpr double kMinTourBudget = 0.1;
+constexpr double kMaxTourBudget = 600;
+constexpr double kLongestDay = 1000 * 3600.0;      // s
+constexpr double kLatestOpening = 10000 * 3600.0;  // s
+constexpr int kMaxTourScanners = 16;
+constexpr int kMaxRoomHours = 64;
+constexpr int kMaxPreviousStations = 1000;
+constexpr int kMaxTourScans = 10000;
+constexpr int kFewestTourCandidates = 10;
+constexpr int kMostTourCandidates = 2000;
 constexpr double kDefaultRejectionRadius = 0.5;         // m
 constexpr double kLongestRejection = 10 * 366 * 86400;  // s, ten years
 constexpr absl::Duration kDefaultClaim = absl::Minutes(30);
@@ -107,6 +118,11 @@ v1::Session Completed(const v1::Session& asked) {
 PlanBudget ReadPlanBudget(const v1::Plan& plan) {
   if (plan.has_work_limit_rays()) return {0, plan.work_limit_rays()};
   return {plan.has_time_budget() ? ReadDuration(plan.time_budget()) : kDefaultBudget, 0};
+}
+
+PlanBudget ReadTourBudget(const v1::TourWish& wish) {
+  if (wish.has_work_limit_rays()) return {0, wish.work_limit_rays()};
+  return {wish.has_time_budget() ? ReadDuration(wish.time_budget()) : kDefaultTourBudget, 0};
 }
 
 double ReadRadius(const v1::RejectViewRequest& request) {
@@ -279,6 +295,68 @@ absl::Status CheckRequest(const v1::EvaluateViewRequest& request) {
   contract::Violations violations;
   CheckPosition(request, violations);
   CheckHeading(request, violations);
+  return violations.ToStatus();
+}
+
+absl::Status CheckRequest(const v1::CreateTourRequest& request) {
+  const v1::TourWish& wish = request.wish();
+  contract::Violations violations;
+  const auto most = [&](int count, int limit, const char* field) {
+    if (count > limit) {
+      violations.Add(field, absl::StrCat("has ", count, " entries, at most ", limit, " fit"));
+    }
+  };
+  most(wish.scanners_size(), kMaxTourScanners, "wish.scanners");
+  most(wish.hours_size(), kMaxRoomHours, "wish.hours");
+  most(wish.previous_stations_size(), kMaxPreviousStations, "wish.previous_stations");
+  const auto duration = [&](const google::protobuf::Duration& asked, double least, double longest,
+                            const std::string& field) {
+    const double seconds = ReadDuration(asked);
+    const bool whole = asked.nanos() > -1'000'000'000 && asked.nanos() < 1'000'000'000;
+    if (whole && seconds >= least && seconds <= longest) return;
+    violations.Add(field,
+                   absl::StrCat("is ", seconds, " s, must be in [", least, ", ", longest, "]"));
+  };
+  if (wish.scanners_size() > 0 && !wish.scanner_model_id().empty()) {
+    violations.Add("wish.scanner_model_id",
+                   "must be empty where scanners are named: each has its own");
+  }
+  if (wish.has_goal() && !(wish.goal() > 0 && wish.goal() <= 1)) {
+    violations.Add("wish.goal", absl::StrCat("is ", wish.goal(), ", must be in (0, 1]"));
+  }
+  if (wish.has_available_duration()) {
+    duration(wish.available_duration(), 1, kLongestDay, "wish.available_duration");
+  }
+  if (wish.has_day_duration()) duration(wish.day_duration(), 1, kLongestDay, "wish.day_duration");
+  const auto count = [&](bool given, int value, int least, int limit, const char* field) {
+    if (!given || (value >= least && value <= limit)) return;
+    violations.Add(field, absl::StrCat("is ", value, ", must be in [", least, ", ", limit, "]"));
+  };
+  count(wish.has_available_scan_count(), wish.available_scan_count(), 1, kMaxTourScans,
+        "wish.available_scan_count");
+  count(wish.has_max_candidate_count(), wish.max_candidate_count(), kFewestTourCandidates,
+        kMostTourCandidates, "wish.max_candidate_count");
+  for (int i = 0; i < std::min(wish.hours_size(), kMaxRoomHours); ++i) {
+    const v1::RoomHours& hours = wish.hours(i);
+    const std::string at = absl::StrCat("wish.hours[", i, "]");
+    if (hours.region().empty()) violations.Add(at + ".region", "is required");
+    duration(hours.open_after(), 0, kLatestOpening, at + ".open_after");
+    if (!hours.has_closed_after()) continue;
+    duration(hours.closed_after(), 0, kLatestOpening, at + ".closed_after");
+    if (!(ReadDuration(hours.closed_after()) > ReadDuration(hours.open_after()))) {
+      violations.Add(at + ".closed_after", "must be later than open_after");
+    }
+  }
+  for (int i = 0; i < std::min(wish.previous_stations_size(), kMaxPreviousStations); ++i) {
+    ReadVector(wish.previous_stations(i), absl::StrCat("wish.previous_stations[", i, "]"),
+               violations);
+  }
+  const PlanBudget budget = ReadTourBudget(wish);
+  if (wish.has_work_limit_rays()) {
+    if (budget.work_limit == 0) violations.Add("wish.work_limit_rays", "must be above 0 rays");
+  } else if (wish.has_time_budget()) {
+    duration(wish.time_budget(), kMinTourBudget, kMaxTourBudget, "wish.time_budget");
+  }
   return violations.ToStatus();
 }
 

@@ -39,6 +39,8 @@ absl::Status CheckRequest(const v1::CancelPlanRequest& request);
 absl::Status CheckRequest(const v1::DeletePlanRequest& request);
 absl::Status CheckRequest(const v1::ListPlansRequest& request);
 absl::Status CheckRequest(const v1::EvaluateViewRequest& request);
+// But for the names of scanners and rooms, which are checked where the session is known.
+absl::Status CheckRequest(const v1::CreateTourRequest& request);
 absl::Status CheckRequest(const v1::RejectViewRequest& request);
 absl::Status CheckRequest(const v1::DeleteRejectionRequest& request);
 
@@ -66,6 +68,7 @@ struct PlanBudget {
   uint64_t work_limit = 0;  // rays
 };
 PlanBudget ReadPlanBudget(const v1::Plan& plan);
+PlanBudget ReadTourBudget(const v1::TourWish& wish);
 // m; the default where the request has none.
 double ReadRadius(const v1::RejectViewRequest& request);
 // How long a claim holds; the default where the request has none.

@@ -100,6 +100,7 @@ class PlanServiceImpl final : public v1::PlanService::CallbackService {
   VANTAGE_UNARY(ListRejections)
   VANTAGE_UNARY(DeleteRejection)
   VANTAGE_STREAM(WatchPlan)
+  VANTAGE_STREAM(CreateTour)
 
  private:
   const RpcDependencies dependencies_;

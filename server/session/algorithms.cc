@@ -33,6 +33,13 @@ Algorithms Algorithms::Core() {
                                    const planning::PlanningConfig& config) {
     return planning::MeasureCoverage(model, scanners, config).value();  // nobody cancels it
   };
+  const auto make_tour = [](const PlanningTask& task, const tour::TourRequest& request,
+                            const parallel::Budget& budget, parallel::Parallel& parallel,
+                            tour::TourProgress progress) -> absl::StatusOr<tour::Tour> {
+    const auto problem = task.prepare(parallel, parallel::Cancellation(budget.cancelled));
+    if (!problem.ok()) return problem.status();
+    return tour::MakeTour(**problem, request, budget, parallel, progress);
+  };
   return {registration::LevelFirstScan,
           registration::PlaceAndRegister,
           make_plan,
@@ -44,6 +51,7 @@ Algorithms Algorithms::Core() {
           fleet::ForecastStation,
           planning::MakePlanChoosingSetting,
           registration::ComparePoses,
+          make_tour,
           registration::LinkScans,
           registration::Adjust};
 }

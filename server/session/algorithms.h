@@ -30,6 +30,7 @@
 #include "core/registration/levelling.h"
 #include "core/registration/pose_comparison.h"
 #include "core/sensor/scan.h"
+#include "core/tour/make_tour.h"
 
 namespace vantage::session {
 
@@ -90,6 +91,11 @@ struct Algorithms {
       const registration::RegistrationConfig&, const registration::ComparisonSize&,
       parallel::Parallel&)>
       compare_poses;
+
+  std::function<absl::StatusOr<tour::Tour>(const PlanningTask&, const tour::TourRequest&,
+                                           const parallel::Budget&, parallel::Parallel&,
+                                           tour::TourProgress)>
+      make_tour;
 
   // Empty: scans are tied to nothing, and stay where they were registered.
   std::function<registration::LinkOutcome(

@@ -36,6 +36,7 @@ Session::Session(const std::string& id, std::unique_ptr<Journal> log,
       pose_comparisons_(*this, model_),
       uploads_(*this, reconciler_),
       plans_(*this, model_, claims_, preparation_),
+      tours_(*this, model_, preparation_),
       scanners_(*this),
       rejections_(*this) {}
 
@@ -270,6 +271,7 @@ void Session::GiveUp() {
 void Session::Close() {
   CloseLog();
   plans_.Stop(PlanRun::StopReason::kSessionDeleted);
+  tours_.Stop();
   strand().Close();
   std::vector<std::string> blobs = plans_.TakeBlobs();
   journal().Read([&](const SessionState& state) {

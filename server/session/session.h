@@ -33,6 +33,7 @@
 #include "server/session/stations.h"
 #include "server/session/stored_snapshots.h"
 #include "server/session/tenant_account.h"
+#include "server/session/tours.h"
 #include "server/session/uploads.h"
 #include "vantage/v1/model_service.pb.h"
 #include "vantage/v1/session_service.pb.h"
@@ -73,6 +74,7 @@ class Session final : public SessionContext {
   Scans& scans() { return scans_; }
   PoseComparisons& pose_comparisons() { return pose_comparisons_; }
   Plans& plans() { return plans_; }
+  Tours& tours() { return tours_; }
   Claims& claims() { return claims_; }
   Stations& stations() { return stations_; }
   Scanners& scanners() { return scanners_; }
@@ -125,6 +127,7 @@ class Session final : public SessionContext {
   PoseComparisons pose_comparisons_;
   Uploads uploads_;
   Plans plans_;
+  Tours tours_;
   Scanners scanners_;
   Rejections rejections_;
 };

@@ -499,6 +499,7 @@ void SessionRegistry::BeginDrain() {
   for (const auto& session : sessions) {
     session->BeginDrain();
     session->plans().Stop(PlanRun::StopReason::kDrain);
+    session->tours().Stop();
   }
   // The next start goes on with them.
   dependencies_.files->Stop();

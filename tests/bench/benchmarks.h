@@ -64,6 +64,7 @@ Benchmark BenchPhantom;
 Benchmark BenchAnswers;
 // plan.anytime.*, plan.threads2.*: what is answered at a budget.
 Benchmark BenchAnytime;
+Benchmark BenchTour;  // tour.*
 
 }  // namespace vantage::bench
 

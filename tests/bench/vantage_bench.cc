@@ -92,6 +92,10 @@ constexpr auto kGroups = std::to_array<Group>({
     {"cycle", "cycle.", "from a scan to checked views", 1, BenchCycle},
     {"fleet", "fleet.greedy_ratio fleet.joint4. fleet.job fleet.speedup4 fleet.waste_ratio",
      "several scanners on one job; --full: 1,000 m2, an hour and more", 8, BenchFleet},
+    {"tour", "tour.",
+     "tours of 1,000 m2 of which the shape is known, beside greedy stations in their order, the "
+     "best stations by the scene's own rays; --full: a job that knew nothing",
+     10, BenchTour},
 });
 
 void PrintGroups() {

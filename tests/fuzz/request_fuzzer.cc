@@ -1,10 +1,12 @@
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <functional>
 #include <future>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -42,6 +44,9 @@ session::Algorithms Refusing() {
       [no](const model::PlanningView&, const sensor::Scan&, std::span<const Eigen::Isometry3d>,
            const registration::RegistrationConfig&, const registration::ComparisonSize&,
            parallel::Parallel&) -> absl::StatusOr<registration::PoseComparison> { return no; };
+  algorithms.make_tour = [no](const session::PlanningTask&, const tour::TourRequest&,
+                              const parallel::Budget&, parallel::Parallel&,
+                              tour::TourProgress) -> absl::StatusOr<tour::Tour> { return no; };
   algorithms.measure_coverage =
       [](const model::PlanningView&, std::span<const sensor::ScannerModel>,
          const planning::PlanningConfig&) { return planning::Coverage(); };
@@ -106,6 +111,29 @@ absl::Status ReportAll(const session::TenantSessions& sessions, const std::strin
   }
 }
 
+absl::Status TourOf(const session::TenantSessions& sessions, const std::string& bytes) {
+  v1::CreateTourRequest request;
+  if (!request.ParseFromString(bytes)) return absl::OkStatus();
+  const auto session = rpc::FindForWork(sessions, request);
+  if (!session.ok()) return session.status();
+  const auto run = (*session)->tours().Create(request);
+  if (!run.ok()) return run.status();
+  // Whoever tells may do so for the last time when this has returned.
+  struct Told {
+    std::promise<void> promise;
+    std::atomic<bool> once = false;
+  };
+  const auto told = std::make_shared<Told>();
+  const auto tell = [told, run = *run] {
+    if (run->Ended() && !told->once.exchange(true)) told->promise.set_value();
+  };
+  (*run)->Tell(tell);
+  tell();
+  told->promise.get_future().wait();
+  (*run)->Tell(nullptr);
+  return (*run)->Take().status;
+}
+
 const std::vector<Handle>& Handlers() {
   static const auto& all = *new std::vector<Handle>{
       Of(rpc::handlers::CreateSession),
@@ -152,6 +180,7 @@ const std::vector<Handle>& Handlers() {
       Of(rpc::handlers::GetPoseGraph),
       ExportAll,
       ReportAll,
+      TourOf,
   };
   return all;
 }

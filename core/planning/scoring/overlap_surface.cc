@@ -225,6 +225,8 @@ std::optional<OverlapSurface::Overlap> OverlapSurface::See(const Eigen::Vector3d
   return overlap;
 }
 
+double OverlapSurface::directions() const { return DirectionsOf(scanner_); }
+
 registration::RegistrationVerdict OverlapSurface::Judge(
     std::span<const registration::OverlapElement> overlap, const Eigen::Vector3d& view,
     const registration::RegistrationConfig& config,

@@ -83,6 +83,10 @@ class OverlapSurface {
                      std::span<const float> areas) const;
   // What it is made of.
   const CellArrays& cells() const { return cells_; }
+  // Voxels behind each element.
+  double weight() const { return weight_; }
+  // Directions that a scan measures.
+  double directions() const;
   // What a scan from a place would see of it.
   struct Sight {
     std::vector<float> samples;  // of the scan, by element of cells(); 0: not seen

@@ -81,6 +81,10 @@ double AskedOverlap(double required, bool rough_prior) {
   return std::max(with_margin, std::min(kRoughPriorOverlap, kMostOfLittle * required));
 }
 
+bool PriorsLeaveOneMinimum(const RegistrationConfig& config) {
+  return config.prior_sigma > 0 && kStartsInSigmas * config.prior_sigma <= kOneMinimum;
+}
+
 // Voxels, two for each direction of a pose: so few of 5 cm are a hand's breadth of wall.
 constexpr ptrdiff_t kFewestElements = 12;
 
@@ -160,6 +164,11 @@ ExpectedBounds BoundsOf(std::span<const OverlapElement> overlap, double weight,
   return bounds;
 }
 
+double AskedShare(const sensor::ScannerModel& scanner, const RegistrationConfig& config) {
+  const bool rough = scanner.TurnsAllAround() && !PriorsLeaveOneMinimum(config);
+  return std::max(config.minimum_overlap, AskedOverlap(config.minimum_overlap, rough));
+}
+
 RegistrationVerdict PredictRegistration(std::span<const OverlapElement> overlap, double weight,
                                         double expected_samples, const Eigen::Vector3d& position,
                                         const sensor::ScannerModel& scanner,
@@ -190,9 +199,7 @@ RegistrationVerdict PredictRegistration(std::span<const OverlapElement> overlap,
   const bool all_around = scanner.TurnsAllAround();
   // Two targets refute any other pose of a scanner that stands upright.
   constexpr size_t kPlacedByTargets = 2;
-  const bool one_minimum =
-      (config.prior_sigma > 0 && kStartsInSigmas * config.prior_sigma <= kOneMinimum) ||
-      targets.size() >= kPlacedByTargets;
+  const bool one_minimum = PriorsLeaveOneMinimum(config) || targets.size() >= kPlacedByTargets;
   const Margins margins{
       .bound = all_around ? kBoundMargin : kSectorBoundMargin,
       .overlap = AskedOverlap(config.minimum_overlap, all_around && !one_minimum)};

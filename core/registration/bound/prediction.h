@@ -31,6 +31,10 @@ RegistrationVerdict PredictRegistration(std::span<const OverlapElement> overlap,
                                         const RegistrationConfig& config,
                                         std::span<const TargetTie> targets = {});
 
+// The share of a scan's returns that has to lie on known surface before it is predicted to
+// register, without targets, [0, 1].
+double AskedShare(const sensor::ScannerModel& scanner, const RegistrationConfig& config);
+
 // What one overlap is predicted to be good for with targets, whichever they are.
 class TargetedPrediction {
  public:

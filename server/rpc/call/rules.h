@@ -44,6 +44,7 @@ inline constexpr RpcRule kRpcRules[] = {
     {"PlanService", "GetPlan", auth::Role::kRead, false},
     {"PlanService", "ListPlans", auth::Role::kRead, false},
     {"PlanService", "EvaluateView", auth::Role::kPlan, false},
+    {"PlanService", "CreateTour", auth::Role::kPlan, false, true},
     {"PlanService", "RejectView", auth::Role::kPlan, true},
     {"PlanService", "ListRejections", auth::Role::kRead, false},
     {"PlanService", "DeleteRejection", auth::Role::kPlan, true},

@@ -24,6 +24,11 @@ grpc::ServerWriteReactor<v1::WatchPlanResponse>* WatchPlan(const RpcDependencies
                                                            grpc::CallbackServerContext* context,
                                                            const v1::WatchPlanRequest& request);
 
+grpc::ServerWriteReactor<v1::CreateTourResponse>* CreateTour(const RpcDependencies& dependencies,
+                                                             const std::shared_ptr<RpcCall>& call,
+                                                             grpc::CallbackServerContext* context,
+                                                             const v1::CreateTourRequest& request);
+
 grpc::ServerBidiReactor<v1::UploadScanRequest, v1::UploadScanResponse>* UploadScan(
     const RpcDependencies& dependencies, const std::shared_ptr<RpcCall>& call,
     grpc::CallbackServerContext* context);

@@ -138,7 +138,7 @@ TEST_F(GatewayTest, EveryRpcIsThereAndFailsAsOverGrpc) {
     EXPECT_EQ(Sorted(answer.body), Sorted(ErrorJson(expected))) << path;
   }
   EXPECT_GT(unary, 35);
-  EXPECT_EQ(streams, 4);
+  EXPECT_EQ(streams, 5);
 }
 
 TEST_F(GatewayTest, AnswersAreThoseOfGrpcInBinaryAndInJson) {
