@@ -1,0 +1,132 @@
+#include "core/cover/choose_stations.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "absl/strings/str_format.h"
+#include "core/cover/bonds.h"
+#include "core/cover/choice.h"
+#include "core/cover/exchange_search.h"
+#include "core/cover/greedy.h"
+#include "core/cover/instance.h"
+#include "core/cover/lower_bound.h"
+#include "core/cover/meter.h"
+
+namespace vantage::cover {
+namespace {
+
+constexpr double kShareForBound = 0.2;  // of what is left of the budget
+
+Cover MakeCover(const CoverProblem& problem, const Instance& instance,
+                const std::vector<Index>& stations) {
+  Cover cover;
+  ElementSet covered((problem.weights.size() + 63) / 64, 0);
+  for (const Index i : InOrder(instance, stations)) {
+    cover.stations.push_back(instance.number[i]);
+    const ElementSet& set = problem.covers[instance.number[i]];
+    for (size_t word = 0; word < set.size(); ++word) covered[word] |= set[word];
+  }
+  ForEach(covered, [&](size_t e) { cover.weight += problem.weights[e]; });
+  return cover;
+}
+
+// In quanta, less what rounding the weights may have taken away.
+int64_t GoalOf(const CoverProblem& problem, double quantum, double goal) {
+  constexpr double kMost = 0x1p60;  // more than all elements have
+  return std::max<int64_t>(0, std::llround(std::min(goal / quantum, kMost)) -
+                                  static_cast<int64_t>(problem.weights.size()));
+}
+
+// The station that is dropped before others are exchanged to make up for it: of those that the
+// others hang together without, the one that loses least.
+std::vector<Index> WithoutOne(const Instance& instance, const std::vector<Index>& stations) {
+  Choice choice(instance, stations);
+  const Bonds bonds(choice);
+  size_t least = choice.slots();
+  for (size_t slot = 0; slot < choice.slots(); ++slot) {
+    if (!bonds.MayDrop(slot)) continue;
+    if (least == choice.slots() || choice.Loss(slot) < choice.Loss(least)) least = slot;
+  }
+  if (least < choice.slots()) choice.Drop(least);
+  return choice.Stations();
+}
+
+}  // namespace
+
+absl::StatusOr<FewestStations> ChooseFewest(const CoverProblem& problem, double goal,
+                                            const parallel::Budget& budget) {
+  if (absl::Status checked = CheckProblem(problem); !checked.ok()) return checked;
+  if (!std::isfinite(goal) || goal < 0) {
+    return absl::InvalidArgumentError(absl::StrFormat("goal: %g m2; it is 0 or more", goal));
+  }
+  FewestStations fewest;
+  if (goal == 0) return fewest;
+  const std::vector<Instance> instances = MakeInstances(problem);
+  if (instances.empty()) {
+    fewest.complete = false;
+    return fewest;
+  }
+  // Where groups don't hang together, the stations are of one of them; where none covers the goal,
+  // of one that covers most.
+  int64_t wanted = GoalOf(problem, instances.front().quantum, goal);
+  int64_t most = 0;
+  for (const Instance& instance : instances) most = std::max(most, instance.whole);
+  fewest.complete = most >= wanted;
+  wanted = std::min(wanted, most);
+
+  Meter meter(budget);
+  const Instance* best = nullptr;
+  std::vector<Index> stations;
+  size_t least = SIZE_MAX;
+  for (const Instance& instance : instances) {
+    if (instance.whole < wanted) continue;
+    const Greedy greedy = ChooseGreedily(instance, wanted, instance.candidates(), meter);
+    Choice choice(instance, greedy.stations);
+    DropRedundant(choice, wanted);
+    size_t bound = greedy.least;
+    if (bound < choice.size()) {
+      Meter part = meter.Part(kShareForBound);
+      bound = std::max(bound, LeastStations(instance, wanted, choice.size(), part));
+      meter.Resume(part);
+    }
+    least = std::min(least, bound);
+    if (best != nullptr && choice.size() >= stations.size()) continue;
+    best = &instance;
+    stations = choice.Stations();
+  }
+  ExchangeSearch search(*best, meter);
+  while (stations.size() > std::max<size_t>(least, 1) && !meter.Over()) {
+    const std::vector<Index> fewer = search.Cover(WithoutOne(*best, stations), wanted);
+    Choice choice(*best, fewer);
+    if (choice.covered() < wanted) break;
+    DropRedundant(choice, wanted);
+    stations = choice.Stations();
+  }
+  fewest.cover = MakeCover(problem, *best, stations);
+  fewest.least = least;
+  return fewest;
+}
+
+absl::StatusOr<Cover> ChooseBest(const CoverProblem& problem, size_t count,
+                                 const parallel::Budget& budget) {
+  if (absl::Status checked = CheckProblem(problem); !checked.ok()) return checked;
+  Cover best;
+  Meter meter(budget);
+  const std::vector<Instance> instances = MakeInstances(problem);
+  for (size_t k = 0; k < instances.size(); ++k) {
+    const Instance& instance = instances[k];
+    Meter part = meter.Part(1 / static_cast<double>(instances.size() - k));
+    const Greedy greedy = ChooseGreedily(instance, INT64_MAX, count, part);
+    ExchangeSearch search(instance, part);
+    Cover cover = MakeCover(problem, instance, search.Cover(greedy.stations, instance.whole));
+    meter.Resume(part);
+    if (best.stations.empty() || cover.weight > best.weight) best = std::move(cover);
+  }
+  return best;
+}
+
+}  // namespace vantage::cover
