@@ -6,10 +6,6 @@
 namespace vantage::cover {
 namespace {
 
-bool Linked(const Instance& instance, Index a, Index b) {
-  return std::binary_search(instance.links[a].begin(), instance.links[a].end(), b);
-}
-
 // The stations without which others fall apart, by their place in `stations` (Tarjan 1972). The
 // anchors are a node of their own, the last, which all anchored stations are linked with.
 std::vector<uint8_t> Needed(const Instance& instance, const std::vector<Index>& stations) {
@@ -18,7 +14,7 @@ std::vector<uint8_t> Needed(const Instance& instance, const std::vector<Index>& 
   std::vector<std::vector<uint32_t>> near(nodes);
   for (uint32_t a = 0; a < count; ++a) {
     for (uint32_t b = a + 1; b < count; ++b) {
-      if (!Linked(instance, stations[a], stations[b])) continue;
+      if (!instance.Linked(stations[a], stations[b])) continue;
       near[a].push_back(b);
       near[b].push_back(a);
     }
@@ -85,9 +81,8 @@ std::vector<Bonds::Part> Bonds::PartsWithout(size_t slot) const {
   std::vector<Part> parts;
   const auto grow = [&](Part part) {
     for (size_t head = 0; head < part.size(); ++head) {
-      const auto apart = std::stable_partition(left.begin(), left.end(), [&](Index i) {
-        return !Linked(instance, part[head], i);
-      });
+      const auto apart = std::stable_partition(
+          left.begin(), left.end(), [&](Index i) { return !instance.Linked(part[head], i); });
       part.insert(part.end(), apart, left.end());
       left.erase(apart, left.end());
     }
@@ -115,13 +110,13 @@ bool Bonds::MayReplace(size_t slot, Index candidate) const {
   const std::vector<Part>& parts = parts_[slot];
   if (parts.empty()) {
     if (anchored || (!instance.rooted && choice_.size() == 1)) return true;
-    const uint32_t with_it = Linked(instance, candidate, choice_.At(slot)) ? 1 : 0;
+    const uint32_t with_it = instance.Linked(candidate, choice_.At(slot)) ? 1 : 0;
     return choice_.Linked(candidate) > with_it;
   }
   for (size_t k = 0; k < parts.size(); ++k) {
     if (k == 0 && anchored) continue;
     if (std::none_of(parts[k].begin(), parts[k].end(),
-                     [&](Index i) { return Linked(instance, candidate, i); })) {
+                     [&](Index i) { return instance.Linked(candidate, i); })) {
       return false;
     }
   }
@@ -143,7 +138,7 @@ bool HangTogether(const Instance& instance, const std::vector<Index>& stations) 
   }
   for (size_t head = 0; head < met.size(); ++head) {
     for (size_t k = 0; k < left.size();) {
-      if (Linked(instance, met[head], left[k])) {
+      if (instance.Linked(met[head], left[k])) {
         met.push_back(left[k]);
         left[k] = left.back();
         left.pop_back();

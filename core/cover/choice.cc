@@ -31,8 +31,8 @@ std::vector<Index> Choice::Stations() const {
 }
 
 void Choice::Add(Index candidate) {
-  const size_t vacant = static_cast<size_t>(
-      std::find(stations_.begin(), stations_.end(), kVacant) - stations_.begin());
+  const size_t vacant = static_cast<size_t>(std::find(stations_.begin(), stations_.end(), kVacant) -
+                                            stations_.begin());
   if (vacant == stations_.size()) {
     stations_.push_back(kVacant);
     losses_.push_back(0);

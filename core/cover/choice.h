@@ -57,10 +57,10 @@ class Choice {
   std::vector<Index> stations_;  // by slot
   std::vector<uint32_t> slot_of_;
   size_t size_ = 0;
-  std::vector<uint16_t> counts_;   // by element: stations that cover it
-  std::vector<uint32_t> sums_;     // by element: of their slots, so of one station its slot
-  std::vector<int64_t> gains_;     // by candidate
-  std::vector<int64_t> losses_;    // by slot
+  std::vector<uint16_t> counts_;  // by element: stations that cover it
+  std::vector<uint32_t> sums_;    // by element: of their slots, so of one station its slot
+  std::vector<int64_t> gains_;    // by candidate
+  std::vector<int64_t> losses_;   // by slot
   std::vector<std::vector<int64_t>> shared_;
   std::vector<uint32_t> linked_;
   int64_t covered_ = 0;

@@ -13,17 +13,21 @@ namespace vantage::cover {
 
 struct FewestStations {
   Cover cover;
-  size_t least = 0;    // no choice that covers the goal has fewer; cover.stations.size() when proven
+  size_t least = 0;  // no choice that covers the goal has fewer; cover.stations.size() when proven
   bool complete = true;  // false: the goal is out of reach, and `cover` is all that can be had
 };
 
-// The fewest stations that cover `goal` (m^2): greedy first, then local search while the budget
-// lasts; with a work limit the same on any machine. INVALID_ARGUMENT: the problem contradicts
-// itself; the message names the field.
+// The fewest stations that cover `goal` (m^2, within 1e-9 of all weight): greedy first, then local
+// search while the budget lasts. Greedy is had whatever the budget is, also after it was cancelled;
+// with a work limit the result is the same on any machine. A unit of work is one candidate looked
+// at for one element, some nanoseconds. Out of reach: as few as are found that cover all that can
+// be covered by stations that hang together. INVALID_ARGUMENT: the problem contradicts itself; the
+// message names the field.
 absl::StatusOr<FewestStations> ChooseFewest(const CoverProblem& problem, double goal,
                                             const parallel::Budget& budget);
 
-// The `count` stations that cover most.
+// The `count` stations that cover most, or fewer where more would add nothing. Budget and errors as
+// above.
 absl::StatusOr<Cover> ChooseBest(const CoverProblem& problem, size_t count,
                                  const parallel::Budget& budget);
 

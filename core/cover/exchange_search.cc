@@ -8,8 +8,10 @@
 namespace vantage::cover {
 namespace {
 
-constexpr uint64_t kStepsWithoutGain = 20'000;  // steps without anything better
-constexpr uint64_t kShakeAfter = 400;   // the same, then several are exchanged at random
+// Steps without anything better after which the search ends, for each pair of a station and a
+// candidate, and after which several stations are exchanged at random.
+constexpr uint64_t kPatienceByPair = 100;
+constexpr uint64_t kShakeAfter = 400;
 constexpr size_t kMostShaken = 4;
 
 }  // namespace
@@ -37,7 +39,7 @@ ExchangeSearch::Move ExchangeSearch::BestMove(const Choice& choice, int64_t best
       move = {slot, i, change};
     }
   }
-  meter_.Add(choice.size() * (instance_.candidates() / 2 + 4 * choice.size()));
+  meter_.Add(choice.size() * (instance_.candidates() + 8 * choice.size()));
   return move;
 }
 
@@ -75,8 +77,8 @@ std::vector<Index> ExchangeSearch::Cover(const std::vector<Index>& from, int64_t
   kept_until_.assign(instance_.candidates(), 0);
   uint64_t last_better = 0;
   uint64_t last_shake = 0;
-  for (uint64_t now = 1; most < goal && choice.size() > 0 && now - last_better < kStepsWithoutGain; ++now) {
-    if (meter_.Over()) break;
+  const uint64_t patience = kPatienceByPair * choice.size() * instance_.candidates();
+  for (uint64_t now = 1; most < goal && now - last_better < patience && !meter_.Over(); ++now) {
     const Move move = BestMove(choice, most, now);
     if (move.candidate != Choice::kVacant) Exchange(choice, move, now);
     if (choice.covered() > most) {

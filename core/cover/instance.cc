@@ -126,10 +126,12 @@ Instance MakeInstance(const CoverProblem& problem, std::vector<uint32_t> group, 
   instance.anchored.assign(instance.candidates(), 0);
   for (const uint32_t a : problem.anchored) instance.anchored[index[a]] = 1;
   instance.links.resize(instance.candidates());
+  instance.linked.assign(instance.candidates(), ElementSet((instance.candidates() + 63) / 64, 0));
   for (uint32_t i = 0; i < instance.candidates(); ++i) {
     instance.covers.push_back(problem.covers[instance.number[i]]);
     for (const uint32_t j : problem.links[instance.number[i]]) {
       instance.links[i].push_back(static_cast<Index>(index[j]));
+      instance.linked[i][index[j] / 64] |= uint64_t{1} << (index[j] % 64);
     }
   }
   const size_t elements = problem.weights.size();
@@ -147,8 +149,7 @@ Instance MakeInstance(const CoverProblem& problem, std::vector<uint32_t> group, 
     set = std::move(of_merged);
   }
   Transpose(instance.covers, merged, instance.first, instance.covered_by);
-  instance.whole =
-      std::accumulate(instance.weights.begin(), instance.weights.end(), int64_t{0});
+  instance.whole = std::accumulate(instance.weights.begin(), instance.weights.end(), int64_t{0});
   return instance;
 }
 
@@ -166,8 +167,8 @@ absl::Status CheckProblem(const CoverProblem& problem) {
   }
   for (size_t e = 0; e < elements; ++e) {
     if (!(problem.weights[e] > 0) || !std::isfinite(problem.weights[e])) {
-      return Wrong(absl::StrFormat("weights: element %d has %g m2; each is above 0", e,
-                                   problem.weights[e]));
+      return Wrong(
+          absl::StrFormat("weights: element %d has %g m2; each is above 0", e, problem.weights[e]));
     }
   }
   for (size_t i = 0; i < problem.candidates(); ++i) {
@@ -177,8 +178,10 @@ absl::Status CheckProblem(const CoverProblem& problem) {
                                    set.size(), elements));
     }
     if (elements % 64 != 0 && set.back() >> (elements % 64) != 0) {
-      return Wrong(absl::StrFormat("covers: candidate %d has elements beyond the %d that have "
-                                   "weights", i, elements));
+      return Wrong(
+          absl::StrFormat("covers: candidate %d has elements beyond the %d that have "
+                          "weights",
+                          i, elements));
     }
   }
   for (const uint32_t a : problem.anchored) {

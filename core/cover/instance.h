@@ -26,8 +26,9 @@ struct Instance {
   double quantum = 0;            // m^2
   std::vector<ElementSet> covers;
   std::vector<std::vector<Index>> links;
-  std::vector<uint8_t> anchored;  // by candidate
-  bool rooted = false;            // some candidates are anchored; else the first station is free
+  std::vector<ElementSet> linked;  // the same as bits
+  std::vector<uint8_t> anchored;   // by candidate
+  bool rooted = false;             // some candidates are anchored; else the first station is free
   // The candidates that cover element e are covered_by[first[e]] to covered_by[first[e + 1]].
   std::vector<size_t> first;
   std::vector<Index> covered_by;
@@ -35,6 +36,7 @@ struct Instance {
 
   size_t candidates() const { return number.size(); }
   size_t elements() const { return weights.size(); }
+  bool Linked(Index a, Index b) const { return (linked[a][b / 64] >> (b % 64) & 1) != 0; }
   std::span<const Index> CoveredBy(size_t element) const {
     return {covered_by.data() + first[element], first[element + 1] - first[element]};
   }

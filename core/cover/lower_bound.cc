@@ -9,7 +9,7 @@ namespace vantage::cover {
 namespace {
 
 constexpr int kIterations = 4000;
-constexpr int kNoRise = 30;        // iterations without a rise, then steps are halved
+constexpr int kNoRise = 30;          // iterations without a rise, then steps are halved
 constexpr double kLeastStep = 1e-3;  // of the first
 constexpr double kInertia = 0.6;     // of the direction before
 // Sums of some 10^5 numbers of about 1, each right to 1e-16: so much is not claimed.

@@ -142,6 +142,21 @@ TEST(ChooseFewest, AnswersAtOnceWhenItIsCancelledOrTooLate) {
   }
 }
 
+TEST(ChooseFewest, AStoreyIsNoTrouble) {
+  const CoverProblem problem = MakeRooms(5, 60, 3000, 20'000);
+  const auto begun = std::chrono::steady_clock::now();
+  const auto fewest = ChooseFewest(problem, 0.9 * 20'000 * 0.05, parallel::Budget::Seconds(2));
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+  ASSERT_TRUE(fewest.ok()) << fewest.status();
+  EXPECT_TRUE(fewest->complete);
+  EXPECT_TRUE(EachRegisters(problem, fewest->cover.stations));
+  EXPECT_GE(WeightOf(problem, fewest->cover.stations), 900 - 1e-6);
+  EXPECT_GE(static_cast<double>(fewest->least),
+            0.5 * static_cast<double>(fewest->cover.stations.size()));
+  EXPECT_LT(seconds, 30);  // a busy machine under a sanitizer
+}
+
 TEST(ChooseFewest, SaysWhatContradictsItself) {
   const auto why = [](const CoverProblem& problem, double goal) {
     return ChooseFewest(problem, goal, parallel::Budget::Unlimited()).status();

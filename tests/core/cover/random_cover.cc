@@ -62,7 +62,9 @@ CoverProblem MakeRooms(uint64_t seed, size_t rooms, size_t candidates, size_t el
   std::vector<Place> stands, things;
   for (size_t i = 0; i < candidates; ++i) stands.push_back(place());
   for (size_t e = 0; e < elements; ++e) things.push_back(place());
-  const auto apart = [](const Place& a, const Place& b) { return std::hypot(a.x - b.x, a.y - b.y); };
+  const auto apart = [](const Place& a, const Place& b) {
+    return std::hypot(a.x - b.x, a.y - b.y);
+  };
   CoverProblem problem;
   problem.weights.assign(elements, 0.05);
   problem.covers.assign(candidates, ElementSet((elements + 63) / 64, 0));
@@ -87,9 +89,8 @@ CoverProblem MakeRooms(uint64_t seed, size_t rooms, size_t candidates, size_t el
 double WeightOf(const CoverProblem& problem, const std::vector<uint32_t>& stations) {
   double weight = 0;
   for (size_t e = 0; e < problem.weights.size(); ++e) {
-    const bool covered = std::any_of(stations.begin(), stations.end(), [&](uint32_t i) {
-      return Holds(problem.covers[i], e);
-    });
+    const bool covered = std::any_of(stations.begin(), stations.end(),
+                                     [&](uint32_t i) { return Holds(problem.covers[i], e); });
     if (covered) weight += problem.weights[e];
   }
   return weight;

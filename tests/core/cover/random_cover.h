@@ -30,9 +30,9 @@ double WeightOf(const CoverProblem& problem, const std::vector<uint32_t>& statio
 bool EachRegisters(const CoverProblem& problem, const std::vector<uint32_t>& stations);
 
 struct ByTrying {
-  std::optional<size_t> fewest;   // stations that hang together and cover the goal
-  std::vector<double> best;       // by number of stations: the most that so many or fewer cover
-  size_t fewest_apart = 0;        // those that need not hang together; 0: none cover it
+  std::optional<size_t> fewest;  // stations that hang together and cover the goal
+  std::vector<double> best;      // by number of stations: the most that so many or fewer cover
+  size_t fewest_apart = 0;       // those that need not hang together; 0: none cover it
 };
 // Of at most 20 candidates.
 ByTrying TryAll(const CoverProblem& problem, double goal);
