@@ -41,6 +41,18 @@ int64_t GoalOf(const CoverProblem& problem, double quantum, double goal) {
                                   static_cast<int64_t>(problem.weights.size()));
 }
 
+// Those of `known` that are an instance's candidates, each once; none where not all are.
+std::vector<Index> Among(const Instance& instance, std::span<const uint32_t> known) {
+  std::vector<Index> among;
+  for (const uint32_t station : known) {
+    const auto at = std::lower_bound(instance.number.begin(), instance.number.end(), station);
+    if (at == instance.number.end() || *at != station) return {};
+    const auto index = static_cast<Index>(at - instance.number.begin());
+    if (std::find(among.begin(), among.end(), index) == among.end()) among.push_back(index);
+  }
+  return among;
+}
+
 // The station that is dropped before others are exchanged to make up for it: of those that the
 // others hang together without, the one that loses least.
 std::vector<Index> WithoutOne(const Instance& instance, const std::vector<Index>& stations) {
@@ -55,11 +67,25 @@ std::vector<Index> WithoutOne(const Instance& instance, const std::vector<Index>
   return choice.Stations();
 }
 
+std::vector<Index> WithoutRedundant(const Instance& instance, const std::vector<Index>& stations,
+                                    int64_t goal) {
+  Choice choice(instance, stations);
+  DropRedundant(choice, goal);
+  return choice.Stations();
+}
+
 }  // namespace
 
 absl::StatusOr<FewestStations> ChooseFewest(const CoverProblem& problem, double goal,
-                                            const parallel::Budget& budget) {
+                                            const parallel::Budget& budget,
+                                            std::span<const uint32_t> known) {
   if (absl::Status checked = CheckProblem(problem); !checked.ok()) return checked;
+  for (const uint32_t station : known) {
+    if (station >= problem.candidates()) {
+      return absl::InvalidArgumentError(absl::StrFormat("known: %d, of %d candidates", station,
+                                                        problem.candidates()));
+    }
+  }
   if (!std::isfinite(goal) || goal < 0) {
     return absl::InvalidArgumentError(absl::StrFormat("goal: %g m2; it is 0 or more", goal));
   }
@@ -85,26 +111,28 @@ absl::StatusOr<FewestStations> ChooseFewest(const CoverProblem& problem, double 
   for (const Instance& instance : instances) {
     if (instance.whole < wanted) continue;
     const Greedy greedy = ChooseGreedily(instance, wanted, instance.candidates(), meter);
-    Choice choice(instance, greedy.stations);
-    DropRedundant(choice, wanted);
+    std::vector<Index> chosen = WithoutRedundant(instance, greedy.stations, wanted);
+    if (const std::vector<Index> from = Among(instance, known); HangTogether(instance, from)) {
+      const Greedy other = ChooseGreedily(instance, wanted, instance.candidates(), meter, from);
+      std::vector<Index> completed = WithoutRedundant(instance, other.stations, wanted);
+      if (completed.size() < chosen.size()) chosen = std::move(completed);
+    }
     size_t bound = greedy.least;
-    if (bound < choice.size()) {
+    if (bound < chosen.size()) {
       Meter part = meter.Part(kShareForBound);
-      bound = std::max(bound, LeastStations(instance, wanted, choice.size(), part));
+      bound = std::max(bound, LeastStations(instance, wanted, chosen.size(), part));
       meter.Resume(part);
     }
     least = std::min(least, bound);
-    if (best != nullptr && choice.size() >= stations.size()) continue;
+    if (best != nullptr && chosen.size() >= stations.size()) continue;
     best = &instance;
-    stations = choice.Stations();
+    stations = std::move(chosen);
   }
   ExchangeSearch search(*best, meter);
   while (stations.size() > std::max<size_t>(least, 1) && !meter.Over()) {
     const std::vector<Index> fewer = search.Cover(WithoutOne(*best, stations), wanted);
-    Choice choice(*best, fewer);
-    if (choice.covered() < wanted) break;
-    DropRedundant(choice, wanted);
-    stations = choice.Stations();
+    if (Choice(*best, fewer).covered() < wanted) break;
+    stations = WithoutRedundant(*best, fewer, wanted);
   }
   fewest.cover = MakeCover(problem, *best, stations);
   fewest.least = least;

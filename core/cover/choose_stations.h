@@ -3,7 +3,8 @@
 #define VANTAGE_CORE_COVER_CHOOSE_STATIONS_H_
 
 #include <cstddef>
-#include <vector>
+#include <cstdint>
+#include <span>
 
 #include "absl/status/statusor.h"
 #include "core/cover/cover_problem.h"
@@ -23,8 +24,12 @@ struct FewestStations {
 // at for one element, some nanoseconds. Out of reach: as few as are found that cover all that can
 // be covered by stations that hang together. INVALID_ARGUMENT: the problem contradicts itself; the
 // message names the field.
+//
+// `known`: stations that hang together, in any order. What they leave open is added greedily, and
+// where that gives fewer stations than greed alone, the search begins with them.
 absl::StatusOr<FewestStations> ChooseFewest(const CoverProblem& problem, double goal,
-                                            const parallel::Budget& budget);
+                                            const parallel::Budget& budget,
+                                            std::span<const uint32_t> known = {});
 
 // The `count` stations that cover most, or fewer where more would add nothing. Budget and errors as
 // above.

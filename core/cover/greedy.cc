@@ -119,21 +119,24 @@ std::vector<Index> BestWay(const Choice& choice, const ElementSet& covered, size
 
 }  // namespace
 
-Greedy ChooseGreedily(const Instance& instance, int64_t goal, size_t most, Meter& meter) {
+Greedy ChooseGreedily(const Instance& instance, int64_t goal, size_t most, Meter& meter,
+                      const std::vector<Index>& from) {
   Greedy greedy;
   Choice choice(instance);
   ElementSet covered((instance.elements() + 63) / 64, 0);
+  const auto take = [&](Index i) {
+    choice.Add(i);
+    greedy.stations.push_back(i);
+    for (size_t word = 0; word < covered.size(); ++word) {
+      covered[word] |= instance.covers[i][word];
+    }
+  };
+  for (const Index i : from) take(i);
   while (choice.covered() < goal && choice.size() < most) {
     greedy.least = std::max(greedy.least, FewestThatAdd(choice.Gains(), goal - choice.covered()));
     const std::vector<Index> way = BestWay(choice, covered, most - choice.size(), meter);
     if (way.empty()) break;
-    for (const Index i : way) {
-      choice.Add(i);
-      greedy.stations.push_back(i);
-      for (size_t word = 0; word < covered.size(); ++word) {
-        covered[word] |= instance.covers[i][word];
-      }
-    }
+    for (const Index i : way) take(i);
   }
   greedy.covered = choice.covered();
   meter.Add(choice.TakeWork());

@@ -24,7 +24,10 @@ struct Greedy {
 // off, with those on the way to it. Ends when `goal` (quanta) is covered, `most` stations are
 // chosen or nothing adds anything. Goes on to its end whatever the meter says, which takes a few
 // hundredths of a second in the largest problems.
-Greedy ChooseGreedily(const Instance& instance, int64_t goal, size_t most, Meter& meter);
+//
+// `from`: stations that are chosen already.
+Greedy ChooseGreedily(const Instance& instance, int64_t goal, size_t most, Meter& meter,
+                      const std::vector<Index>& from = {});
 
 }  // namespace vantage::cover
 

@@ -142,6 +142,26 @@ TEST(ChooseFewest, AnswersAtOnceWhenItIsCancelledOrTooLate) {
   }
 }
 
+TEST(ChooseFewest, BeginsWithWhatIsKnown) {
+  const CoverProblem problem = MakeRooms(3, 12, 160, 1500);
+  const double goal = 0.95 * ChooseBest(problem, 1000, Work(0))->weight;
+  const auto greedy = ChooseFewest(problem, goal, Work(0));
+  const auto searched = ChooseFewest(problem, goal, Work(200'000'000));
+  ASSERT_LT(searched->cover.stations.size(), greedy->cover.stations.size());
+  // Without any work left the answer is what is known, also with a part of it missing.
+  const std::vector<uint32_t>& known = searched->cover.stations;
+  const auto again = ChooseFewest(problem, goal, Work(0), known);
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_EQ(again->cover.stations.size(), known.size());
+  const auto completed =
+      ChooseFewest(problem, goal, Work(0), std::span(known).first(known.size() - 1));
+  EXPECT_LE(completed->cover.stations.size(), greedy->cover.stations.size());
+  EXPECT_GE(WeightOf(problem, completed->cover.stations), goal - 1e-9);
+  EXPECT_TRUE(EachRegisters(problem, completed->cover.stations));
+  EXPECT_EQ(ChooseFewest(problem, goal, Work(0), std::vector<uint32_t>{999}).status().code(),
+            absl::StatusCode::kInvalidArgument);
+}
+
 TEST(ChooseFewest, AStoreyIsNoTrouble) {
   const CoverProblem problem = MakeRooms(5, 60, 3000, 20'000);
   const auto begun = std::chrono::steady_clock::now();
