@@ -82,8 +82,8 @@ absl::StatusOr<FewestStations> ChooseFewest(const CoverProblem& problem, double 
   if (absl::Status checked = CheckProblem(problem); !checked.ok()) return checked;
   for (const uint32_t station : known) {
     if (station >= problem.candidates()) {
-      return absl::InvalidArgumentError(absl::StrFormat("known: %d, of %d candidates", station,
-                                                        problem.candidates()));
+      return absl::InvalidArgumentError(
+          absl::StrFormat("known: %d, of %d candidates", station, problem.candidates()));
     }
   }
   if (!std::isfinite(goal) || goal < 0) {
