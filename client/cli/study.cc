@@ -314,7 +314,8 @@ void DefineStudy(CLI::App& command, StudyArguments& a) {
           "--start", a.start,
           "x,y,z of the first scan, m, in the scene's own frame [by seed; with --cover any]")
       ->delimiter(',')
-      ->expected(3);
+      ->expected(3)
+      ->allow_extra_args(false);
   command.add_option(
       "--lattice", a.plan.settings.cover_lattice,
       "Between the places that 'optimal' and --cover choose from, m, a multiple of 0.3 "

@@ -77,10 +77,9 @@ class Search {
     }
     best_.how = absl::StrCat(
         "by ", how_, "; ",
-        best_.proven ? "no choice has fewer"
-                     : absl::StrFormat("nothing proves that fewer are not enough; at least %d are "
-                                       "needed",
-                                       best_.least));
+        best_.proven
+            ? "no choice has fewer"
+            : absl::StrFormat("at least %d are needed, for all that is proven", best_.least));
     return std::move(best_);
   }
 
@@ -144,21 +143,20 @@ class Search {
     for (size_t i = 0; i < problem_.links.size(); ++i) {
       sampled.neighbours[i].assign(problem_.links[i].begin(), problem_.links[i].end());
     }
-    simulation::SampleSet seen((count + 63) / 64, 0);
-    for (const simulation::SampleSet& set : sampled.sets) AddTo(seen, set);
     sampled.goal =
-        static_cast<size_t>(std::ceil(settings_.goal * static_cast<double>(CountOf(seen)) - 1e-9));
+        static_cast<size_t>(std::ceil(settings_.goal * static_cast<double>(count) - 1e-9));
     return sampled;
   }
 
   absl::Status SolveOnSamples() {
-    for (size_t count = std::min(kFirstSample, table_.samples); Left() > 1;
-         count = std::min(2 * count, table_.samples)) {
+    std::string proven_on;
+    for (size_t count = std::min(kFirstSample, table_.samples); Left() > 1; count *= 2) {
+      count = std::min(count, table_.samples);
       const auto answer = SolveCover(Sampled(count), (1 - kShareOfPolish) * Left(), best_.route);
+      // A sample that none covers, or that the time does not suffice for, proves nothing.
       if (absl::IsDeadlineExceeded(answer.status()) ||
           absl::IsFailedPrecondition(answer.status())) {
-        how_ = absl::StrFormat("%s (the solver found nothing on %d samples)", how_, count);
-        return absl::OkStatus();
+        break;
       }
       if (!answer.ok()) return answer.status();
       const bool enough = CoveredBy(table_, answer->route) >= goal_;
@@ -174,17 +172,19 @@ class Search {
         how_ = absl::StrFormat("an integer programme on %d samples%s", count,
                                enough ? "" : ", completed and polished on the others");
       }
-      if (enough || count == table_.samples) {
-        if (answer->proven && count == table_.samples) {
-          best_.least = std::max(best_.least, answer->route.size());
-          best_.proven = true;
-        } else if (answer->proven && answer->route.size() == best_.route.size()) {
-          absl::StrAppend(&how_, absl::StrFormat("; on %d samples of %d there is none with fewer",
-                                                 count, table_.samples));
-        }
+      if (answer->proven && count == table_.samples) {
+        best_.least = std::max(best_.least, answer->route.size());
+        best_.proven = true;
         return absl::OkStatus();
       }
+      if (answer->proven) {
+        proven_on = absl::StrFormat("; on %d of %d samples none has fewer than %d", count,
+                                    table_.samples, answer->route.size());
+      }
+      // A sample's optimum is no proof for all; while it comes in time, a larger sample is tried.
+      if (enough && !answer->proven) break;
     }
+    absl::StrAppend(&how_, proven_on);
     return absl::OkStatus();
   }
 

@@ -170,7 +170,7 @@ TEST(BestCover, HoldsOnSamplesThatTheProgrammeDidNotHave) {
     }
     table.sees.push_back(set);
   }
-  const auto best = BestCover(table, {0.7, 0.05, 12});
+  const auto best = BestCover(table, {0.7, 0.05, 4});
   ASSERT_TRUE(best.ok()) << best.status();
   EXPECT_GE(best->covered, 0.7);
   EXPECT_LE(best->route.size(), best->greedy);
