@@ -1,6 +1,8 @@
 #include <google/protobuf/util/json_util.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <optional>
@@ -11,9 +13,11 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "client/cli/command.h"
+#include "client/cli/cover_report.h"
 #include "client/cli/json.h"
 #include "client/cli/terminal.h"
-#include "client/study/cover_program.h"
+#include "client/library/error.h"
+#include "client/simulated_job/placement.h"
 #include "client/study/own_server.h"
 #include "client/study/page.h"
 #include "client/study/planner_list.h"
@@ -37,6 +41,10 @@ struct StudyArguments {
   std::string setting;
   std::optional<double> step;     // degrees
   std::optional<double> preview;  // degrees
+  std::vector<double> start;
+  std::optional<double> range;      // m
+  std::optional<double> incidence;  // degrees
+  CoverArguments cover;
   study::StudyPlan plan;
   CLI::Option* server = nullptr;  // an option of the whole program; it may be given or not
 };
@@ -61,7 +69,44 @@ absl::Status ChooseScanner(const StudyArguments& arguments, study::StudySettings
     settings.scanner.azimuth_step = settings.scanner.elevation_step =
         sensor::Radians(*arguments.step);
   }
+  if (arguments.range) {
+    if (*arguments.range <= settings.scanner.range_min) {
+      return client::WithFix(absl::InvalidArgumentError(absl::StrFormat(
+                                 "--range: %.2f m is within the scanner's nearest, %.2f m",
+                                 *arguments.range, settings.scanner.range_min)),
+                             "name the farthest that counts, in m");
+    }
+    settings.scanner.range_max = *arguments.range;
+  }
+  if (arguments.incidence) settings.scanner.max_incidence = sensor::Radians(*arguments.incidence);
   settings.preview = sensor::Radians(arguments.preview.value_or(real ? kPreviewOfPresets : 0));
+  return absl::OkStatus();
+}
+
+// What a choice of stations is made of.
+absl::Status CheckCover(const StudyArguments& arguments, study::StudySettings& settings) {
+  const double steps = settings.cover_lattice / simulated_job::kLatticeOfTruth;
+  if (std::abs(steps - std::round(steps)) > 1e-6 || steps < 0.5) {
+    return client::WithFix(absl::InvalidArgumentError(absl::StrFormat(
+                               "--lattice: %.2f m is no multiple of %.1f m, the distance between "
+                               "allowed places",
+                               settings.cover_lattice, simulated_job::kLatticeOfTruth)),
+                           "name 0.3, 0.6, 0.9 and so on");
+  }
+  if (!arguments.cover.stations.empty() && !arguments.cover.asked()) {
+    return client::WithFix(
+        absl::InvalidArgumentError("--stations: stations are scored where covers are"),
+        "add --cover");
+  }
+  if (!arguments.cover.table.empty() && !arguments.scenes.empty()) {
+    return client::WithFix(
+        absl::InvalidArgumentError("--table: a table is searched instead of scenes"),
+        "leave out --scene");
+  }
+  if (arguments.start.size() == 3) {
+    settings.start.emplace(arguments.start[0], arguments.start[1], arguments.start[2]);
+  }
+  settings.enough = std::max(settings.enough, settings.goal);
   return absl::OkStatus();
 }
 
@@ -69,6 +114,7 @@ absl::StatusOr<study::StudyPlan> PlanFrom(const Environment& environment,
                                           const StudyArguments& arguments) {
   study::StudyPlan plan = arguments.plan;
   if (absl::Status chosen = ChooseScanner(arguments, plan.settings); !chosen.ok()) return chosen;
+  if (absl::Status checked = CheckCover(arguments, plan.settings); !checked.ok()) return checked;
   plan.scenes = arguments.scenes;
   plan.planners = arguments.planners;
   if (plan.scenes.empty()) {
@@ -77,7 +123,6 @@ absl::StatusOr<study::StudyPlan> PlanFrom(const Environment& environment,
   }
   if (plan.planners.empty()) {
     plan.planners = study::DefaultPlanners(arguments.small);
-    if (study::FindCoverSolver().empty()) std::erase(plan.planners, "optimal");
   }
   if (plan.data_folder.empty()) {
     const char* folder = std::getenv("VANTAGE_SHARED_DATA");
@@ -168,6 +213,9 @@ absl::StatusOr<ExitCode> RunStudyCommand(Environment& environment,
   const auto chosen = PlanFrom(environment, arguments);
   if (!chosen.ok()) return chosen.status();
   const study::StudyPlan& plan = *chosen;
+  if (arguments.cover.asked()) {
+    return ReportCovers(plan, arguments.cover, arguments.output, arguments.json);
+  }
   const auto store = study::JobStore::Open(arguments.output);
   if (!store.ok()) return store.status();
   ProgressLine line(30);
@@ -213,7 +261,10 @@ void DefineStudy(CLI::App& command, StudyArguments& a) {
       "Folder of the records, the table and the page; what is done there is not done "
       "again [study]");
   command.add_flag("--small", a.small, "Three scenes and the rivals that the figures need");
-  command.add_option("--scene", a.scenes, "Scenes, by name")->delimiter(',');
+  command
+      .add_option("--scene", a.scenes,
+                  "Scenes, by name, or paths of meshes (.ply, in metres, z up)")
+      ->delimiter(',');
   command.add_option("--planner", a.planners, "Planners, by name")->delimiter(',');
   command.add_flag("--tuning", a.tuning, "The scenes for tuning instead of those for reporting");
   command.add_flag("--json", a.json, "Print the table, or the list, as JSON");
@@ -246,6 +297,48 @@ void DefineStudy(CLI::App& command, StudyArguments& a) {
       ->check(CLI::Range(0.0, 5.0));
   command.add_option("--density", a.plan.settings.required_density,
                      "Required density, samples / m^2 [2500]");
+  command.add_option("--range", a.range, "Farthest that counts, m [the preset's]")
+      ->check(CLI::Range(0.1, 1000.0));
+  command
+      .add_option(
+          "--incidence", a.incidence,
+          "Angle between ray and surface's normal up to which a return counts, degrees [the "
+          "scanner's]")
+      ->check(CLI::Range(1.0, 89.9));
+  command
+      .add_option("--goal", a.plan.settings.goal,
+                  "Share of the attainable surface that scans are counted to [0.95]")
+      ->check(CLI::Range(0.01, 1.0));
+  command
+      .add_option(
+          "--start", a.start,
+          "x,y,z of the first scan, m, in the scene's own frame [by seed; with --cover any]")
+      ->delimiter(',')
+      ->expected(3)
+      ->allow_extra_args(false);
+  command.add_option(
+      "--lattice", a.plan.settings.cover_lattice,
+      "Between the places that 'optimal' and --cover choose from, m, a multiple of 0.3 "
+      "[0.6]");
+  command
+      .add_option("--overlap", a.plan.settings.cover_overlap,
+                  "Share of the larger scan, from which on 'optimal' and --cover let two stations "
+                  "hang together [0.1]")
+      ->check(CLI::Range(0.0, 1.0));
+  command
+      .add_option("--cover-seconds", a.plan.settings.cover_seconds,
+                  "Wall time of 'optimal' and --cover, for each scene and start [120]")
+      ->check(CLI::Range(0.1, 100000.0));
+  command.add_flag("--cover", a.cover.cover,
+                   "Choose the fewest stations of each scene, with a bound, and simulate no jobs");
+  command
+      .add_option("--table", a.cover.table,
+                  "The same for a folder with candidates.csv and visibility.npy")
+      ->excludes("--small");
+  command.add_option("--write-table", a.cover.write_table,
+                     "Write each scene's table to a folder in this one, and choose as --cover");
+  command.add_option("--stations", a.cover.stations,
+                     "Say what the stations of a file cover, too (x_m,y_m,z_m, a place a line)");
   command.add_option("--truth-samples", a.plan.settings.truth_samples,
                      "Points on the mesh that true coverage is measured on [20000]");
   command.add_option("--data", a.plan.data_folder,
@@ -268,7 +361,10 @@ void AddStudy(CLI::App& parent, Environment& environment) {
       "  vantage study --small -o study\n"
       "  vantage study --tuning --scene flat-1,flat-2 --planner ours,oracle,random --seeds 3\n"
       "  vantage study --small --no-job-after 300       (and again, until nothing is left)\n"
-      "  vantage study --small --step 0.25 -o coarse    (density decides, not what is hidden)",
+      "  vantage study --small --step 0.25 -o coarse    (density decides, not what is hidden)\n"
+      "  vantage study --cover --scene flat-1,site.ply --goal 0.97 --overlap 0.2\n"
+      "  vantage study --cover --scene flat-1 --write-table tables --stations mine.csv\n"
+      "  vantage study --table tables/flat-1 --cover-seconds 30",
       DefineStudy, RunStudyCommand);
 }
 

@@ -8,11 +8,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <set>
 #include <sstream>
+#include <thread>
 #include <utility>
 
 #include "absl/strings/match.h"
@@ -22,6 +24,7 @@
 #include "absl/strings/str_split.h"
 #include "client/library/error.h"
 #include "client/study/own_server.h"
+#include "client/study/study_scene.h"
 
 namespace vantage::study {
 namespace {
@@ -29,10 +32,9 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-constexpr size_t kMostSamples = 1000;
-constexpr int kLatticeStride = 2;      // of the allowed positions
-constexpr double kLeastOverlap = 0.1;  // of the larger scan
-constexpr size_t kTermsPerLine = 12;   // LP readers have short lines
+constexpr size_t kTermsPerLine = 12;  // LP readers have short lines
+constexpr double kGrace = 10;         // s until a solver that goes on after its time is ended
+constexpr auto kPollSolver = std::chrono::milliseconds(20);
 
 // A folder that is removed with this object.
 class Scratch {
@@ -66,9 +68,9 @@ struct ElementClass {
 
 std::vector<ElementClass> Classes(const CoverProblem& problem) {
   std::map<std::vector<size_t>, size_t> counts;
-  const simulation::SampleSet& done = problem.sets[problem.start];
-  for (size_t element = 0; element < done.size() * 64; ++element) {
-    if (Contains(done, element)) continue;
+  const size_t words = problem.sets.empty() ? 0 : problem.sets.front().size();
+  for (size_t element = 0; element < words * 64; ++element) {
+    if (problem.start && Contains(problem.sets[*problem.start], element)) continue;
     std::vector<size_t> candidates;
     for (size_t i = 0; i < problem.sets.size(); ++i) {
       if (Contains(problem.sets[i], element)) candidates.push_back(i);
@@ -95,10 +97,11 @@ class Terms {
   size_t count_ = 0;
 };
 
-// 'If `chosen` is taken then one of these is taken': the constraint that keeps a solution
-// connected.
+// 'If `chosen` is taken, and `and_chosen` where there is one, then one of these is taken': the
+// constraint that keeps a solution connected.
 struct Cut {
   size_t chosen = 0;
+  std::optional<size_t> and_chosen;
   std::vector<size_t> one_of;
 };
 
@@ -112,7 +115,8 @@ std::string WriteProgram(const CoverProblem& problem, const std::vector<ElementC
     objective.Add(absl::StrCat("+ x", i));
     binaries.Add(absl::StrCat("x", i));
   }
-  absl::StrAppend(&lp, objective.text(), "\nSubject To\n start: x", problem.start, " = 1\n");
+  absl::StrAppend(&lp, objective.text(), "\nSubject To\n");
+  if (problem.start) absl::StrAppend(&lp, " start: x", *problem.start, " = 1\n");
   Terms goal;
   std::string bounds;
   for (size_t c = 0; c < classes.size(); ++c) {
@@ -127,14 +131,16 @@ std::string WriteProgram(const CoverProblem& problem, const std::vector<ElementC
   for (size_t k = 0; k < cuts.size(); ++k) {
     Terms cut;
     cut.Add(absl::StrCat("x", cuts[k].chosen));
+    if (cuts[k].and_chosen) cut.Add(absl::StrCat("+ x", *cuts[k].and_chosen));
     for (const size_t i : cuts[k].one_of) cut.Add(absl::StrCat("- x", i));
-    absl::StrAppend(&lp, " k", k, ":", cut.text(), "<= 0\n");
+    absl::StrAppend(&lp, " k", k, ":", cut.text(), cuts[k].and_chosen ? "<= 1\n" : "<= 0\n");
   }
   absl::StrAppend(&lp, "Bounds\n", bounds, "Binary", binaries.text(), "\nEnd\n");
   return lp;
 }
 
-absl::Status RunQuietly(const std::vector<std::string>& arguments) {
+// Ends the program after `seconds`, which is no error: what it wrote until then counts.
+absl::Status RunQuietly(const std::vector<std::string>& arguments, double seconds) {
   std::vector<char*> raw;
   raw.reserve(arguments.size() + 1);
   for (const std::string& argument : arguments) raw.push_back(const_cast<char*>(argument.c_str()));
@@ -148,16 +154,30 @@ absl::Status RunQuietly(const std::vector<std::string>& arguments) {
   const int failed = ::posix_spawn(&pid, raw[0], &actions, nullptr, raw.data(), environ);
   ::posix_spawn_file_actions_destroy(&actions);
   if (failed != 0) return absl::InternalError(absl::StrCat("cannot run ", arguments[0]));
+  const auto begun = Clock::now();
   int status = 0;
-  while (::waitpid(pid, &status, 0) < 0 && errno == EINTR) {
+  bool ended = false;
+  while (true) {
+    const pid_t met = ::waitpid(pid, &status, ended ? 0 : WNOHANG);
+    if (met == pid) break;
+    if (met < 0 && errno != EINTR) return absl::InternalError("the solver went away");
+    if (met == 0 && std::chrono::duration<double>(Clock::now() - begun).count() > seconds) {
+      ::kill(pid, SIGKILL);
+      ended = true;
+    } else if (met == 0) {
+      std::this_thread::sleep_for(kPollSolver);
+    }
   }
-  if (!WIFEXITED(status)) return absl::InternalError(absl::StrCat(arguments[0], " was killed"));
+  if (!ended && !WIFEXITED(status)) {
+    return absl::InternalError(absl::StrCat(arguments[0], " was killed"));
+  }
   return absl::OkStatus();
 }
 
 // The solver's answer: whether it is proved, and the variables that are 1.
 struct Answer {
   bool optimal = false;
+  bool infeasible = false;
   std::set<size_t> chosen;
 };
 
@@ -167,6 +187,9 @@ Answer ReadAnswer(const std::string& path) {
   for (std::string line; std::getline(file, line);) {
     if (absl::StartsWith(line, "Optimal") || absl::StrContains(line, "INTEGER OPTIMAL")) {
       answer.optimal = true;
+    }
+    if (absl::StrContains(line, "nfeasible") || absl::StrContains(line, "EMPTY")) {
+      answer.infeasible = true;
     }
     const std::vector<std::string> words =
         absl::StrSplit(line, absl::ByAnyChar(" \t"), absl::SkipEmpty());
@@ -183,7 +206,15 @@ Answer ReadAnswer(const std::string& path) {
   return answer;
 }
 
-absl::StatusOr<std::set<size_t>> Solve(const std::string& program, double seconds) {
+// A choice in the form of CBC's solutions.
+std::string StartOf(const std::vector<size_t>& known) {
+  std::string text = absl::StrCat("Stopped on time - objective value ", known.size(), "\n");
+  for (size_t k = 0; k < known.size(); ++k) absl::StrAppend(&text, k, " x", known[k], " 1 0\n");
+  return text;
+}
+
+absl::StatusOr<Answer> Solve(const std::string& program, double seconds,
+                             const std::vector<size_t>& known) {
   const std::string solver = FindCoverSolver();
   if (solver.empty()) {
     return client::WithFix(
@@ -193,19 +224,20 @@ absl::StatusOr<std::set<size_t>> Solve(const std::string& program, double second
   const Scratch scratch;
   if (!scratch.made()) return absl::PermissionDeniedError("cannot make a folder for the solver");
   const std::string model = scratch.File("model.lp");
+  const std::string start = scratch.File("start.txt");
   const std::string out = scratch.File("out.txt");
   std::ofstream(model) << program;
+  std::ofstream(start) << StartOf(known);
   const std::string limit = absl::StrCat(std::max(1, static_cast<int>(seconds)));
-  const absl::Status run = fs::path(solver).filename() == "cbc"
-                               ? RunQuietly({solver, model, "sec", limit, "solve", "solution", out})
-                               : RunQuietly({solver, "--lp", model, "--tmlim", limit, "-o", out});
-  if (!run.ok()) return run;
-  const Answer answer = ReadAnswer(out);
-  if (!answer.optimal) {
-    return absl::DeadlineExceededError(
-        absl::StrFormat("%s proved no optimum within %s s", solver, limit));
+  std::vector<std::string> arguments = {solver, "--lp", model, "--tmlim", limit, "-o", out};
+  if (fs::path(solver).filename() == "cbc") {
+    arguments = {solver, model};
+    if (!known.empty()) arguments.insert(arguments.end(), {"mipstart", start});
+    arguments.insert(arguments.end(),
+                     {"timeMode", "elapsed", "sec", limit, "solve", "solution", out});
   }
-  return answer.chosen;
+  if (absl::Status run = RunQuietly(arguments, seconds + kGrace); !run.ok()) return run;
+  return ReadAnswer(out);
 }
 
 // The members of `chosen` that are connected with `from`, in the order in which they are found.
@@ -222,6 +254,12 @@ std::vector<size_t> Component(const CoverProblem& problem, const std::set<size_t
   return met;
 }
 
+bool Covers(const CoverProblem& problem, const std::set<size_t>& chosen) {
+  simulation::SampleSet covered(problem.sets.front().size(), 0);
+  for (const size_t i : chosen) AddTo(covered, problem.sets[i]);
+  return CountOf(covered) >= problem.goal;
+}
+
 // A solution that takes a member of a component without the start must take a neighbour of the
 // component, too.
 std::vector<Cut> CutsFor(const CoverProblem& problem, const std::vector<size_t>& component) {
@@ -232,7 +270,20 @@ std::vector<Cut> CutsFor(const CoverProblem& problem, const std::vector<size_t>&
   for (const size_t i : component) around.erase(i);
   std::vector<Cut> cuts;
   cuts.reserve(component.size());
-  for (const size_t i : component) cuts.push_back({i, {around.begin(), around.end()}});
+  for (const size_t i : component) {
+    cuts.push_back({i, std::nullopt, {around.begin(), around.end()}});
+  }
+  return cuts;
+}
+
+// The same where any candidate may be the first: members of this component and of the main one are
+// not both taken unless a neighbour of this one is.
+std::vector<Cut> CutsBetween(const CoverProblem& problem, const std::vector<size_t>& component,
+                             const std::vector<size_t>& main) {
+  std::vector<Cut> cuts;
+  for (const Cut& cut : CutsFor(problem, component)) {
+    for (const size_t i : main) cuts.push_back({cut.chosen, i, cut.one_of});
+  }
   return cuts;
 }
 
@@ -243,10 +294,16 @@ std::string FindCoverSolver() {
   return cbc.empty() ? FindOnPath("glpsol") : cbc;
 }
 
-absl::StatusOr<std::vector<size_t>> SolveCover(const CoverProblem& problem, double seconds) {
+absl::StatusOr<CoverAnswer> SolveCover(const CoverProblem& problem, double seconds,
+                                       const std::vector<size_t>& known) {
   const auto begun = Clock::now();
-  const size_t done = CountOf(problem.sets[problem.start]);
-  if (done >= problem.goal) return std::vector<size_t>();
+  const size_t done = problem.start ? CountOf(problem.sets[*problem.start]) : 0;
+  CoverAnswer answer;
+  if (done >= problem.goal) {
+    if (problem.start) answer.route.push_back(*problem.start);
+    answer.proven = true;
+    return answer;
+  }
   const std::vector<ElementClass> classes = Classes(problem);
   size_t possible = done;
   for (const ElementClass& c : classes) possible += c.count;
@@ -257,68 +314,34 @@ absl::StatusOr<std::vector<size_t>> SolveCover(const CoverProblem& problem, doub
   while (true) {
     const double left = seconds - std::chrono::duration<double>(Clock::now() - begun).count();
     if (left <= 0) return absl::DeadlineExceededError("the positions do not come to hang together");
-    auto chosen = Solve(WriteProgram(problem, classes, problem.goal - done, cuts), left);
-    if (!chosen.ok()) return chosen.status();
-    chosen->insert(problem.start);
-    std::vector<size_t> route = Component(problem, *chosen, problem.start);
-    if (route.size() == chosen->size()) {
-      route.erase(route.begin());
-      return route;
+    const auto solved =
+        Solve(WriteProgram(problem, classes, problem.goal - done, cuts), left, known);
+    if (!solved.ok()) return solved.status();
+    std::set<size_t> chosen = solved->chosen;
+    if (problem.start) chosen.insert(*problem.start);
+    // A solver whose time ends may write the relaxed problem's values for want of a solution.
+    if (!Covers(problem, chosen)) {
+      return solved->infeasible
+                 ? absl::FailedPreconditionError("no positions that hang together reach the goal")
+                 : absl::DeadlineExceededError(
+                       absl::StrFormat("the solver found nothing within %.0f s", left));
     }
-    std::set<size_t> apart = *chosen;
+    std::vector<size_t> route = Component(problem, chosen, problem.start.value_or(*chosen.begin()));
+    if (route.size() == chosen.size()) {
+      answer.route = std::move(route);
+      answer.proven = solved->optimal;
+      return answer;
+    }
+    std::set<size_t> apart = chosen;
     for (const size_t i : route) apart.erase(i);
     while (!apart.empty()) {
       const std::vector<size_t> component = Component(problem, apart, *apart.begin());
-      for (Cut& cut : CutsFor(problem, component)) cuts.push_back(std::move(cut));
+      const std::vector<Cut> more =
+          problem.start ? CutsFor(problem, component) : CutsBetween(problem, component, route);
+      cuts.insert(cuts.end(), more.begin(), more.end());
       for (const size_t i : component) apart.erase(i);
     }
   }
-}
-
-absl::StatusOr<std::vector<Eigen::Vector3d>> BestCover(const StudyScene& scene, uint64_t seed,
-                                                       double seconds) {
-  const Eigen::Vector3d origin = scene.site().mesh.Bounds().min();
-  const size_t start = scene.StartIndex(seed);
-  std::vector<size_t> elements;
-  for (size_t e = 0; e < scene.attainable().size() * 64; ++e) {
-    if (Contains(scene.attainable(), e)) elements.push_back(e);
-  }
-  const size_t thinning = (elements.size() + kMostSamples - 1) / kMostSamples;
-  const size_t count = (elements.size() + thinning - 1) / thinning;
-
-  CoverProblem problem;
-  std::vector<Eigen::Vector3d> places;
-  for (size_t i = 0; i < scene.positions().size(); ++i) {
-    const Eigen::Vector2d lattice = (scene.positions()[i] - origin).head<2>() /
-                                    (simulated_job::kLatticeOfTruth * kLatticeStride);
-    const bool on = (lattice - lattice.array().round().matrix()).cwiseAbs().maxCoeff() < 0.1;
-    if (!on && i != start) continue;
-    if (i == start) problem.start = places.size();
-    places.push_back(scene.positions()[i]);
-    simulation::SampleSet set((count + 63) / 64, 0);
-    for (size_t k = 0; k < count; ++k) {
-      if (Contains(scene.sets()[i], elements[k * thinning])) set[k / 64] |= uint64_t{1} << (k % 64);
-    }
-    problem.sets.push_back(std::move(set));
-  }
-  problem.goal = static_cast<size_t>(std::ceil(scene.settings().goal * static_cast<double>(count)));
-  problem.neighbours.resize(places.size());
-  for (size_t i = 0; i < places.size(); ++i) {
-    for (size_t j = 0; j < places.size(); ++j) {
-      const size_t size_i = CountOf(problem.sets[i]);
-      const size_t size_j = CountOf(problem.sets[j]);
-      const size_t shared = size_i - CountWithout(problem.sets[i], problem.sets[j]);
-      const auto larger = static_cast<double>(std::max(size_i, size_j));
-      if (i != j && static_cast<double>(shared) >= kLeastOverlap * larger) {
-        problem.neighbours[i].push_back(j);
-      }
-    }
-  }
-  const auto route = SolveCover(problem, seconds);
-  if (!route.ok()) return route.status();
-  std::vector<Eigen::Vector3d> positions;
-  for (const size_t i : *route) positions.push_back(places[i]);
-  return positions;
 }
 
 }  // namespace vantage::study

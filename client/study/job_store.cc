@@ -13,6 +13,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/library/error.h"
+#include "client/study/scene_list.h"
 #include "core/bytes/checksum.h"
 
 namespace vantage::study {
@@ -66,7 +67,7 @@ absl::StatusOr<JobStore> JobStore::Open(const std::string& folder) {
 
 std::string JobStore::PathOf(const std::string& scene, const std::string& planner,
                              uint64_t seed) const {
-  return absl::StrCat(folder_, "/jobs/", scene, "_", planner, "_", seed, ".json");
+  return absl::StrCat(folder_, "/jobs/", JobName(scene), "_", planner, "_", seed, ".json");
 }
 
 absl::Status JobStore::Write(study_records::v1::JobRecord record) const {

@@ -78,7 +78,8 @@ std::vector<StudyPlanner> MakePlanners() {
   all.push_back(Other("oracle-expected", PlannerKind::kKnowsTheScene,
                       "the same, and where its model lets one expect to stand and one can"));
   all.push_back(Other("optimal", PlannerKind::kKnowsTheScene,
-                      "the fewest positions, by integer programming; needs cbc or glpsol"));
+                      "the fewest positions, by local search and, where cbc or glpsol is "
+                      "there, integer programming"));
   all.push_back(
       Other("spacing", PlannerKind::kKnowsTheScene, "regular spacing, the best one in hindsight"));
   all.push_back(Other("random", PlannerKind::kRival, "any feasible place"));

@@ -18,7 +18,12 @@
 namespace vantage::study {
 namespace {
 
-constexpr double kOfficeArea = 250;  // m^2
+constexpr double kOfficeArea = 250;   // m^2
+constexpr int kMostScansOfMesh = 60;  // of a mesh that is nobody's scene
+
+bool IsMeshFile(const std::string& name) {
+  return absl::EndsWithIgnoreCase(name, ".ply") || absl::EndsWithIgnoreCase(name, ".obj");
+}
 
 struct Kind {
   const char* name;
@@ -83,11 +88,25 @@ std::vector<std::string> DefaultScenes(SceneUse use, bool small) {
 }
 
 absl::Status CheckScene(const std::string& name, const std::string& data_folder) {
+  if (absl::EndsWithIgnoreCase(name, ".obj")) {
+    return client::WithFix(
+        absl::InvalidArgumentError(absl::StrCat("--scene: ", name,
+                                                " is an OBJ file, and a scene "
+                                                "is read from PLY")),
+        absl::StrCat("convert it, for instance with 'assimp export ", name, " scene.ply'"));
+  }
+  if (IsMeshFile(name)) {
+    if (std::filesystem::exists(name)) return absl::OkStatus();
+    return client::WithFix(
+        absl::NotFoundError(absl::StrCat("--scene: there is no file ", name)),
+        "name a mesh (PLY, metres), or a scene as 'vantage study --list' has them");
+  }
   const std::optional<Parsed> parsed = Parse(name);
   if (!parsed) {
     return client::WithFix(
         absl::NotFoundError(absl::StrCat("there is no scene '", name, "'")),
-        "flat-N, two-rooms-N, hall-N, office-N, house-N, small-house or bookstore");
+        "flat-N, two-rooms-N, hall-N, office-N, house-N, small-house, bookstore, or the path of a "
+        "mesh (PLY, metres)");
   }
   if (parsed->mesh == nullptr) return absl::OkStatus();
   if (data_folder.empty() || !std::filesystem::exists(MeshPath(*parsed->mesh, data_folder))) {
@@ -102,6 +121,11 @@ absl::Status CheckScene(const std::string& name, const std::string& data_folder)
 absl::StatusOr<simulated_job::Site> BuildScene(const std::string& name,
                                                const std::string& data_folder) {
   if (absl::Status there = CheckScene(name, data_folder); !there.ok()) return there;
+  if (IsMeshFile(name)) {
+    auto site = simulated_job::MeshSite(name, std::nullopt);
+    if (site.ok()) site->name = name;
+    return site;
+  }
   const std::optional<Parsed> parsed = Parse(name);
   if (parsed->mesh != nullptr) {
     auto site = simulated_job::MeshSite(MeshPath(*parsed->mesh, data_folder), std::nullopt);
@@ -121,7 +145,12 @@ absl::StatusOr<simulated_job::Site> BuildScene(const std::string& name,
   return site;
 }
 
+std::string JobName(const std::string& scene) {
+  return IsMeshFile(scene) ? std::filesystem::path(scene).filename().string() : scene;
+}
+
 int MostScans(const std::string& scene) {
+  if (IsMeshFile(scene)) return kMostScansOfMesh;
   const std::optional<Parsed> parsed = Parse(scene);
   if (!parsed) return 0;
   return parsed->mesh != nullptr ? parsed->mesh->most_scans : parsed->kind->most_scans;

@@ -10,18 +10,17 @@
 #include "client/library/client.h"
 #include "client/library/geometry.h"
 #include "client/simulated_job/simulated_job.h"
-#include "client/study/cover_program.h"
+#include "client/study/best_cover.h"
 #include "client/study/job_diary.h"
 #include "client/study/known_scene.h"
 #include "client/study/octomap_rival.h"
 #include "client/study/rival.h"
 #include "client/study/rival_job.h"
 #include "client/study/surveyor_rival.h"
+#include "client/study/visibility_table.h"
 
 namespace vantage::study {
 namespace {
-
-constexpr double kSolverSeconds = 120;
 
 simulated_job::JobOptions OptionsFor(const StudyScene& scene, const StudyPlanner& planner,
                                      uint64_t seed) {
@@ -128,6 +127,29 @@ std::unique_ptr<Rival> MakeRival(const std::string& name, const StudyScene& scen
   return nullptr;
 }
 
+absl::Status RunOptimal(const StudyScene& scene, uint64_t seed, JobDiary& diary) {
+  const StudySettings& settings = scene.settings();
+  const VisibilityTable table =
+      MakeVisibilityTable(scene, settings.cover_lattice, scene.StartIndex(seed));
+  const auto best =
+      BestCover(table, {settings.goal, settings.cover_overlap, settings.cover_seconds});
+  if (absl::IsFailedPrecondition(best.status())) {
+    // Nothing covers so much: the job has no scans and counts in no row.
+    diary.record().set_ended(std::string(best.status().message()));
+    return absl::OkStatus();
+  }
+  if (!best.ok()) return best.status();
+  std::vector<Eigen::Vector3d> route;
+  for (size_t k = 1; k < best->route.size(); ++k) {
+    route.push_back(table.candidates[best->route[k]]);
+  }
+  RunGivenJob(scene, seed, route, diary);
+  diary.record().set_ended(absl::StrFormat("%s; %d stations cover %.1f %% (%s)",
+                                           diary.record().ended(), best->route.size(),
+                                           100 * best->covered, best->how));
+  return absl::OkStatus();
+}
+
 absl::Status RunOther(const StudyScene& scene, const StudyPlanner& planner, uint64_t seed,
                       parallel::Parallel& parallel, JobDiary& diary) {
   if (planner.name == "oracle") {
@@ -135,15 +157,7 @@ absl::Status RunOther(const StudyScene& scene, const StudyPlanner& planner, uint
     return absl::OkStatus();
   }
   if (planner.name == "optimal") {
-    const auto route = BestCover(scene, seed, kSolverSeconds);
-    if (absl::IsDeadlineExceeded(route.status())) {
-      // The problem is too large for the solver: the job has no scans and counts in no row.
-      diary.record().set_ended(std::string(route.status().message()));
-      return absl::OkStatus();
-    }
-    if (!route.ok()) return route.status();
-    RunGivenJob(scene, seed, *route, diary);
-    return absl::OkStatus();
+    return RunOptimal(scene, seed, diary);
   }
   std::unique_ptr<Rival> rival;
   if (planner.name == "spacing") {

@@ -1,9 +1,11 @@
 #include "client/study/study_scene.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "client/library/error.h"
 #include "client/study/scene_list.h"
 #include "core/simulation/random_sequence.h"
 
@@ -11,6 +13,16 @@ namespace vantage::study {
 namespace {
 
 constexpr uint64_t kStartStream = 200;
+constexpr double kNearStart = 0.5;  // m
+
+size_t NearestTo(const Eigen::Vector3d& place, const std::vector<Eigen::Vector3d>& positions) {
+  return static_cast<size_t>(std::min_element(positions.begin(), positions.end(),
+                                              [&](const auto& a, const auto& b) {
+                                                return (a - place).squaredNorm() <
+                                                       (b - place).squaredNorm();
+                                              }) -
+                             positions.begin());
+}
 
 }  // namespace
 
@@ -22,23 +34,35 @@ StudySettings StudySettings::For(const std::string& scene) const {
 
 std::string StudySettings::Describe() const {
   return absl::StrFormat(
-      "%ssteps %.4f x %.4f deg, rays each %s, elevation %.0f to %.0f deg, range %.1f to %.1f m, "
-      "noise %.1f mm, "
-      "incidence %.0f deg, clearance %.2f m, D %.0f / m2, positioning %.3f m, heading %.1f deg, "
-      "tilt %.2f deg, drop-outs %d%d %.2f %.2f, mixed pixels %.5f, %d truth samples, goal %.3f, "
-      "ends at "
-      "%.3f or %s, walking %.2f m/s, %.1f + %.2f min a scan, planned by %s",
-      instrument.empty() ? "" : absl::StrCat(instrument, ", "),
-      sensor::Degrees(scanner.azimuth_step), sensor::Degrees(scanner.elevation_step),
-      preview > 0 ? absl::StrFormat("%.3f deg", sensor::Degrees(preview)) : "step",
-      sensor::Degrees(scanner.elevation_min), sensor::Degrees(scanner.elevation_max),
-      scanner.range_min, scanner.range_max, faults.range_noise ? 1000 * scanner.range_noise : 0.0,
-      sensor::Degrees(scanner.max_incidence), scanner.clearance, required_density,
-      scanner.positioning_error, sensor::Degrees(heading_error), sensor::Degrees(tilt),
-      faults.glass_drops_out, faults.mirror_reflections, faults.grazing_dropout,
-      faults.dark_dropout, faults.beam_divergence, static_cast<int>(truth_samples), goal, enough,
-      most_scans > 0 ? absl::StrFormat("%d scans", most_scans) : "the scans that the scene allows",
-      walking_speed, setup_minutes, scan_minutes, server.empty() ? "servers of its own" : server);
+             "%ssteps %.4f x %.4f deg, rays each %s, elevation %.0f to %.0f deg, range %.1f to "
+             "%.1f m, "
+             "noise %.1f mm, "
+             "incidence %.0f deg, clearance %.2f m, D %.0f / m2, positioning %.3f m, heading %.1f "
+             "deg, "
+             "tilt %.2f deg, drop-outs %d%d %.2f %.2f, mixed pixels %.5f, %d truth samples, goal "
+             "%.3f, "
+             "ends at "
+             "%.3f or %s, walking %.2f m/s, %.1f + %.2f min a scan, planned by %s",
+             instrument.empty() ? "" : absl::StrCat(instrument, ", "),
+             sensor::Degrees(scanner.azimuth_step), sensor::Degrees(scanner.elevation_step),
+             preview > 0 ? absl::StrFormat("%.3f deg", sensor::Degrees(preview)) : "step",
+             sensor::Degrees(scanner.elevation_min), sensor::Degrees(scanner.elevation_max),
+             scanner.range_min, scanner.range_max,
+             faults.range_noise ? 1000 * scanner.range_noise : 0.0,
+             sensor::Degrees(scanner.max_incidence), scanner.clearance, required_density,
+             scanner.positioning_error, sensor::Degrees(heading_error), sensor::Degrees(tilt),
+             faults.glass_drops_out, faults.mirror_reflections, faults.grazing_dropout,
+             faults.dark_dropout, faults.beam_divergence, static_cast<int>(truth_samples), goal,
+             enough,
+             most_scans > 0 ? absl::StrFormat("%d scans", most_scans)
+                            : "the scans that the scene allows",
+             walking_speed, setup_minutes, scan_minutes,
+             server.empty() ? "servers of its own" : server) +
+         absl::StrFormat(
+             ", optimal on %.1f m, linked from %.3f of overlap on, in %.0f s, %s", cover_lattice,
+             cover_overlap, cover_seconds,
+             start ? absl::StrFormat("start %.2f %.2f %.2f", start->x(), start->y(), start->z())
+                   : "starts by seed");
 }
 
 size_t CountOf(const simulation::SampleSet& set) {
@@ -83,10 +107,24 @@ absl::StatusOr<std::unique_ptr<StudyScene>> StudyScene::Make(simulated_job::Site
         "%.0f samples / m2 from them",
         scene->name(), static_cast<int>(scene->positions_.size()), settings.required_density));
   }
+  if (settings.start) {
+    const double away = (scene->StartFor(1) - *settings.start).norm();
+    if (away > kNearStart) {
+      return client::WithFix(
+          absl::InvalidArgumentError(absl::StrFormat(
+              "--start: no place to stand within %.1f m of (%.2f, %.2f, %.2f) in '%s'; the nearest "
+              "is (%.2f, %.2f, %.2f)",
+              kNearStart, settings.start->x(), settings.start->y(), settings.start->z(),
+              scene->name(), scene->StartFor(1).x(), scene->StartFor(1).y(),
+              scene->StartFor(1).z())),
+          "name one in metres of the scene's frame, at the height of the scanner");
+    }
+  }
   return scene;
 }
 
 size_t StudyScene::StartIndex(uint64_t seed) const {
+  if (settings_.start) return NearestTo(*settings_.start, positions_);
   return simulation::RandomBits(seed, 1, kStartStream) % positions_.size();
 }
 

@@ -6,6 +6,7 @@
 #include <bit>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,7 +37,11 @@ struct StudySettings {
   double walking_speed = 0.5;  // m/s, with the tripod
   double setup_minutes = 1.0;  // a scan, before it
   double scan_minutes = 2.0;   // a scan
-  std::string server;          // host:port of a running one; empty: the study's own
+  double cover_lattice = 0.6;  // m, between places that 'optimal' chooses from; a multiple of 0.3
+  double cover_overlap = 0.1;  // of the larger scan, from which on 'optimal' links two
+  double cover_seconds = 120;  // wall time of 'optimal'
+  std::optional<Eigen::Vector3d> start;  // m, scene frame; else by seed, one of the allowed places
+  std::string server;                    // host:port of a running one; empty: the study's own
 
   // The settings with the scene's own most_scans where none is given.
   StudySettings For(const std::string& scene) const;
@@ -51,6 +56,7 @@ void AddTo(simulation::SampleSet& set, const simulation::SampleSet& more);
 class StudyScene {
  public:
   // FAILED_PRECONDITION: nobody can stand in it, or nothing can be measured at the density.
+  // INVALID_ARGUMENT: the start is not within half a metre of an allowed position.
   static absl::StatusOr<std::unique_ptr<StudyScene>> Make(simulated_job::Site site,
                                                           const StudySettings& settings,
                                                           parallel::Parallel& parallel);
@@ -72,7 +78,8 @@ class StudyScene {
   // Samples that some allowed position measures at density.
   const simulation::SampleSet& attainable() const { return attainable_; }
 
-  // The first scan's place for a seed, the same for every planner: one of the allowed positions.
+  // The first scan's place for a seed, the same for every planner: one of the allowed positions,
+  // the one nearest to the start of the settings where these have one.
   size_t StartIndex(uint64_t seed) const;
   const Eigen::Vector3d& StartFor(uint64_t seed) const { return positions_[StartIndex(seed)]; }
   simulated_job::PlacementErrors ErrorsFor(uint64_t seed) const;

@@ -1,8 +1,10 @@
 #include "core/registration/graph/weak_links.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <utility>
 
@@ -155,6 +157,49 @@ sensor::Matrix6d CovarianceWith(const Relative& relative, const TieBlocks& block
   return own - with * spread.ldlt().solve(with.transpose());
 }
 
+// By the link's own information; infinite where that leaves a direction open.
+double OwnSigma(const sensor::Matrix6d& information) {
+  const Eigen::SelfAdjointEigenSolver<sensor::Matrix6d> solver(information);
+  const double largest = solver.eigenvalues()[5];
+  if (!(solver.eigenvalues()[0] > 1e-12 * largest)) {
+    return std::numeric_limits<double>::infinity();
+  }
+  return LargestPositionSigma(
+      sensor::Matrix6d(solver.eigenvectors() * solver.eigenvalues().cwiseInverse().asDiagonal() *
+                       solver.eigenvectors().transpose()));
+}
+
+// Fills sigmas and connectivity of `result`.
+absl::Status MeasureLinks(const PoseGraph& graph, const SolvedGraph& solved,
+                          const PoseCovariances& covariances, WeakLinks& result) {
+  constexpr double kLeast = 1e-9;  // m: of links that are stated to be exact
+  result.sigmas.assign(graph.links().size(), 0);
+  std::vector<connectivity::StationLink> links;
+  std::vector<size_t> link_of;  // by those, the index in graph.links()
+  for (size_t k = 0; k < solved.datum.links.size(); ++k) {
+    const PoseTerm& term = solved.datum.links[k];
+    const size_t link = solved.datum.link_of[k];
+    if (OfModel(graph, link)) continue;
+    double sigma = OwnSigma(graph.links()[link].information);
+    if (!std::isfinite(sigma)) {
+      sigma = LargestPositionSigma(
+          RelativeCovariance(RelativeOf(term.a, term.b, solved.poses), covariances.own[term.a],
+                             covariances.between[link], covariances.own[term.b]));
+    }
+    result.sigmas[link] = std::max(kLeast, std::sqrt(solved.variance_factor) * sigma);
+    links.push_back(
+        {static_cast<uint32_t>(term.a), static_cast<uint32_t>(term.b), result.sigmas[link]});
+    link_of.push_back(link);
+  }
+  auto measured = connectivity::MeasureConnectivity(graph.nodes().size(), links);
+  if (!measured.ok()) return measured.status();
+  for (connectivity::Bridge& bridge : measured->bridges) {
+    bridge.link = link_of[bridge.link];
+  }
+  result.connectivity = *std::move(measured);
+  return absl::OkStatus();
+}
+
 std::vector<WeakLink> Weakest(const PoseGraph& graph, const SolvedGraph& solved,
                               const PoseCovariances& covariances) {
   const std::vector<size_t> component = graph.Components();
@@ -239,6 +284,9 @@ absl::StatusOr<WeakLinks> FindWeakLinks(const PoseGraph& graph, const Adjustment
   const GraphNormals normals = solved->Normals();
   const PoseCovariances covariances = CovariancesOf(graph, normals);
   result.links = Weakest(graph, *solved, covariances);
+  if (absl::Status measured = MeasureLinks(graph, *solved, covariances, result); !measured.ok()) {
+    return measured;
+  }
   for (size_t i = 0; i < nodes; ++i) {
     const double sigma =
         std::sqrt(solved->variance_factor) * LargestPositionSigma(covariances.own[i]);

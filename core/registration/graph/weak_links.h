@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "core/connectivity/connectivity.h"
 #include "core/registration/graph/adjust.h"
 #include "core/registration/graph/pose_graph.h"
 
@@ -34,8 +35,14 @@ struct WeakLinks {
   std::vector<WeakLink> links;    // weakest first, at most kMostWeakLinks
   std::vector<TieAdvice> advice;  // the best first, at most kMostAdvice; each lowers the worst
                                   // sigma by a tenth or more
-  size_t worst_scan = 0;          // of graph.nodes(); 0 where there are none
-  double worst_sigma = 0;         // m
+  // Of each of graph.links(), m: how well one scan is known as the other sees it, one sigma in the
+  // worst direction, by the link alone; by the whole graph where the link leaves a direction open.
+  // 0 of links in doubt, of those that say nothing, and of registrations to the model.
+  std::vector<double> sigmas;
+  // Of graph.nodes() by links that count, as of `sigmas`; bridges are numbered as graph.links().
+  connectivity::Connectivity connectivity;
+  size_t worst_scan = 0;   // of graph.nodes(); 0 where there are none
+  double worst_sigma = 0;  // m
 };
 
 inline constexpr size_t kMostWeakLinks = 10;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <set>
 
@@ -98,8 +99,58 @@ TEST(WeakLinksTest, BridgesAsByTakingEachAway) {
   }
   // Of each landing both links.
   EXPECT_EQ(bridges, 4);
+  // The same in numbers, each of them by taking away what it is about.
+  const connectivity::Connectivity& all = weak->connectivity;
+  EXPECT_EQ(all.pieces, 1u);
+  EXPECT_EQ(all.bridges.size(), 4u);
+  const size_t scans = graph->nodes().size();
+  EXPECT_EQ(all.tied_pairs, scans * (scans - 1) / 2);
+  size_t cuts = 0;
+  for (size_t i = 0; i < scans; ++i) {
+    std::vector<bool> keep(links.size(), true);
+    for (size_t l = 0; l < links.size(); ++l) {
+      keep[l] = graph->NodeA(l) != i && graph->NodeB(l) != i;
+    }
+    const std::vector<size_t> parts = graph->WithLinks(keep).Components();
+    const std::set<size_t> pieces(parts.begin(), parts.end());
+    if (pieces.size() > 2) ++cuts;  // of which it is one
+    EXPECT_EQ(std::any_of(all.cuts.begin(), all.cuts.end(),
+                          [&](const auto& cut) { return cut.station == i; }),
+              pieces.size() > 2)
+        << graph->nodes()[i].id;
+  }
+  EXPECT_EQ(all.cuts.size(), cuts);
+  EXPECT_GT(cuts, 0u);
+  // All links are as good as each other, of 2 mm, and the storeys are many links apart.
+  const double factor = std::sqrt(Adjust(*graph)->variance_factor);
+  for (const double sigma : weak->sigmas) EXPECT_NEAR(sigma, 0.002 * factor, 1e-9);
+  EXPECT_GT(all.mean_path_sigma, 0.002 * factor);
+  EXPECT_LT(all.mean_path_sigma, all.longest_path_sigma);
   for (size_t k = 1; k < weak->links.size(); ++k) {
     EXPECT_GE(weak->links[k - 1].relative_sigma, weak->links[k].relative_sigma);
+  }
+}
+
+// Registration to the model goes along with links of surfaces: who hangs on a bridge still does.
+TEST(WeakLinksTest, RegistrationToTheModelIsNoTieInTheNumbers) {
+  const GraphScene scene = test_support::ThreeStoreysGraph(6, 2);
+  std::vector<ScanLink> links = EvenLinks(scene);
+  const auto graph = PoseGraph::Create(test_support::NodesOf(scene), links);
+  const auto weak = FindWeakLinks(*graph, Adjust(*graph).value(), 10);
+  ASSERT_TRUE(weak.ok()) << weak.status();
+  const size_t count = links.size();
+  for (size_t l = 0; l < count; ++l) {
+    links.push_back(links[l]);
+    links.back().origin = LinkOrigin::kModel;
+  }
+  const auto doubled = PoseGraph::Create(test_support::NodesOf(scene), links);
+  ASSERT_TRUE(doubled.ok()) << doubled.status();
+  const auto same = FindWeakLinks(*doubled, Adjust(*doubled).value(), 10);
+  ASSERT_TRUE(same.ok()) << same.status();
+  EXPECT_EQ(same->connectivity.bridges.size(), weak->connectivity.bridges.size());
+  EXPECT_EQ(same->connectivity.cuts.size(), weak->connectivity.cuts.size());
+  for (const connectivity::Bridge& bridge : same->connectivity.bridges) {
+    EXPECT_NE(doubled->links()[bridge.link].origin, LinkOrigin::kModel);
   }
 }
 
