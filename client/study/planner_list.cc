@@ -88,6 +88,13 @@ std::vector<StudyPlanner> MakePlanners() {
   all.push_back(
       Other("surveyor", PlannerKind::kRival,
             "two scans in every room it knows of and one in each doorway, nearest first"));
+  const auto prior = [&](const char* name, const char* words) {
+    all.push_back(Other(name, PlannerKind::kRival, words));
+  };
+  prior("prior-none", "our plan of 1 s without the service, for those below");
+  prior("prior-true", "the same with the scene's mesh as a prior, 1.5 % too large, roughly placed");
+  prior("prior-plan", "the same with its floor plan: walls without furniture, roughly placed");
+  prior("prior-wrong", "the same with its mesh turned by half a turn");
   all.push_back(Other("brute-force", PlannerKind::kRival,
                       "our plan run to its end whatever time it takes, without the service"));
   return all;

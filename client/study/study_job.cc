@@ -128,6 +128,13 @@ std::unique_ptr<Rival> MakeRival(const std::string& name, const StudyScene& scen
   return nullptr;
 }
 
+std::optional<ScenePriorKind> PriorKindOf(const std::string& planner) {
+  if (planner == "prior-true") return ScenePriorKind::kTrue;
+  if (planner == "prior-plan") return ScenePriorKind::kPlan;
+  if (planner == "prior-wrong") return ScenePriorKind::kWrong;
+  return std::nullopt;
+}
+
 absl::Status RunOther(const StudyScene& scene, const StudyPlanner& planner, uint64_t seed,
                       parallel::Parallel& parallel, JobDiary& diary) {
   if (planner.name == "oracle") {
@@ -153,6 +160,10 @@ absl::Status RunOther(const StudyScene& scene, const StudyPlanner& planner, uint
     diary.record().set_ended(
         absl::StrFormat("%s; %.2f m apart", diary.record().ended(), spacing.spacing));
     return run;
+  }
+  if (planner.name.starts_with("prior-")) {
+    rival = BudgetedRival(planner.plan_seconds);
+    return RunRivalJob(scene, seed, *rival, parallel, diary, PriorKindOf(planner.name));
   }
   rival = MakeRival(planner.name, scene);
   if (rival == nullptr) {

@@ -8,7 +8,6 @@
 #include "absl/status/statusor.h"
 #include "core/model/view/planning_view.h"
 #include "core/parallel/cancellation.h"
-#include "core/site_prior/prior_mesh.h"
 #include "core/site_prior/prior_pose.h"
 
 namespace vantage::site_prior {
@@ -37,10 +36,10 @@ struct Alignment {
   std::string message;     // for people
 };
 
-// Seeks the prior around its placement. Nothing of the prior is ever registered to: the scans stay
+// Seeks the prior, of which `space` is SpaceOf() in its own frame, around its placement. Nothing of the prior is ever registered to: the scans stay
 // where they are. `accuracy`: m that its surface is off where it is right. A function of its
 // arguments alone. CANCELLED when that was requested on the way.
-absl::StatusOr<Alignment> Align(const model::PlanningView& model, const PriorMesh& prior,
+absl::StatusOr<Alignment> Align(const model::PlanningView& model, const model::PlanningView& space,
                                 const PriorPose& placement, double accuracy,
                                 const parallel::Cancellation& cancelled = {});
 

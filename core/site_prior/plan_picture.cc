@@ -15,10 +15,10 @@ namespace {
 
 constexpr double kFinestCell = 0.02;  // m: no wall is thinner
 constexpr size_t kMostCells = 16'000'000;
-// What is dark, smaller than this (m) and mostly not filled is a letter or a symbol.
+// What is dark, smaller than this (m) and not mostly filled is a letter or a symbol.
 constexpr double kLetter = 0.6;
 constexpr double kFilled = 0.6;
-constexpr double kSpeck = 0.1;  // m: smaller than this is dirt, filled or not
+constexpr double kStroke = 0.12;  // m: what is as thin and no longer is one, too; pillars are not
 
 void RemoveLetters(PlanRaster& plan) {
   std::vector<uint8_t> seen(plan.wall.size(), 0);
@@ -51,7 +51,8 @@ void RemoveLetters(PlanRaster& plan) {
     const double extent = std::max(x1 - x0 + 1, y1 - y0 + 1) * plan.cell;
     const double filled = static_cast<double>(piece.size()) /
                           (static_cast<double>(x1 - x0 + 1) * static_cast<double>(y1 - y0 + 1));
-    if (extent > kLetter || (extent > kSpeck && filled >= kFilled)) continue;
+    const double least = std::min(x1 - x0 + 1, y1 - y0 + 1) * plan.cell;
+    if (extent > kLetter || (least > kStroke && filled >= kFilled)) continue;
     for (const size_t cell : piece) plan.wall[cell] = 0;
   }
 }

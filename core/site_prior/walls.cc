@@ -4,14 +4,12 @@
 #include <cmath>
 #include <limits>
 
-#include "core/site_prior/mesh_samples.h"
-
 namespace vantage::site_prior {
 namespace {
 
 constexpr double kBelowFloor = 0.3;       // m that a floor may be taken too high by
-constexpr double kMostFieldCells = 2e7;   // 120 MB
-constexpr double kSampleSpacing = 0.05;   // m
+constexpr double kMostFieldCells = 6e6;   // 120 MB
+constexpr double kSameWay = 0.5;          // cosine
 
 }  // namespace
 
@@ -46,7 +44,7 @@ std::vector<WallPoint> MeasuredWalls(const model::PlanningView& model, size_t mo
   return thinned;
 }
 
-WallField::WallField(const PriorMesh& prior, const Eigen::AlignedBox3d& box) {
+WallField::WallField(const model::PlanningView& space, const Eigen::AlignedBox3d& box) {
   origin_ = box.min();
   const Eigen::Vector3d sizes = box.sizes();
   while (sizes.x() / cell_ * sizes.y() / cell_ * (sizes.z() / layer_ + 1) > kMostFieldCells) {
@@ -57,16 +55,22 @@ WallField::WallField(const PriorMesh& prior, const Eigen::AlignedBox3d& box) {
   const size_t cells = static_cast<size_t>(size_.x()) * static_cast<size_t>(size_.y()) *
                        static_cast<size_t>(size_.z());
   constexpr auto kNone = std::numeric_limits<uint32_t>::max();
-  std::vector<uint32_t> own(cells, kNone);
-  ForEachMeshSample(prior, {}, kSampleSpacing, [&](const Eigen::Vector3d& p, const auto& normal) {
-    if (!IsUpright(normal.template cast<float>())) return;
+  away_.assign(4 * cells, static_cast<uint8_t>(kReach * 100));
+  nearest_.assign(4 * cells, kNone);
+  std::vector<uint8_t> has(4 * cells, 0);
+  space.ForEachSurface([&](const model::VoxelIndex&, model::VoxelState,
+                           const model::SurfaceVoxel& surface) {
+    if (!IsUpright(surface.normal)) return;
+    const Eigen::Vector3d p = surface.centroid.cast<double>();
     const std::optional<size_t> cell = CellOf(p);
-    if (!cell.has_value() || own[*cell] != kNone) return;
-    own[*cell] = static_cast<uint32_t>(points_.size());
-    points_.push_back({p, normal.template head<2>().normalized(), cell_ * layer_});
+    if (!cell.has_value()) return;
+    const Eigen::Vector2d normal = surface.normal.head<2>().cast<double>().normalized();
+    uint8_t& own = has[4 * *cell + WayOf(normal)];
+    if (own != 0) return;
+    own = 1;
+    points_.push_back({p, normal, cell_ * layer_});
+    if (surface.ambiguous) points_.push_back({p, -normal, 0});
   });
-  away_.assign(cells, static_cast<uint8_t>(kReach * 100));
-  nearest_.assign(cells, kNone);
   const int reach = static_cast<int>(std::ceil(kReach / cell_));
   for (uint32_t i = 0; i < points_.size(); ++i) {
     const Eigen::Vector3d& p = points_[i].at;
@@ -85,9 +89,14 @@ WallField::WallField(const PriorMesh& prior, const Eigen::AlignedBox3d& box) {
                                 static_cast<size_t>(size_.x()) +
                             static_cast<size_t>(x);
         const auto cm = static_cast<uint8_t>(off * 100);
-        if (cm >= away_[cell] && nearest_[cell] != kNone) continue;
-        away_[cell] = cm;
-        nearest_[cell] = i;
+        for (size_t way = 0; way < 4; ++way) {
+          const double towards = points_[i].normal[way / 2] * (way % 2 == 0 ? 1 : -1);
+          if (towards < kSameWay) continue;
+          const size_t to = 4 * cell + way;
+          if (cm >= away_[to] && nearest_[to] != kNone) continue;
+          away_[to] = cm;
+          nearest_[to] = i;
+        }
       }
     }
   }
@@ -103,10 +112,13 @@ std::optional<size_t> WallField::CellOf(const Eigen::Vector3d& p) const {
          static_cast<size_t>(at.x());
 }
 
-std::optional<WallField::Nearest> WallField::At(const Eigen::Vector3d& p) const {
+std::optional<WallField::Nearest> WallField::At(const Eigen::Vector3d& p,
+                                                const Eigen::Vector2d& normal) const {
   const std::optional<size_t> cell = CellOf(p);
-  if (!cell.has_value() || nearest_[*cell] >= points_.size()) return std::nullopt;
-  const WallPoint& wall = points_[nearest_[*cell]];
+  if (!cell.has_value()) return std::nullopt;
+  const uint32_t nearest = nearest_[4 * *cell + WayOf(normal)];
+  if (nearest >= points_.size()) return std::nullopt;
+  const WallPoint& wall = points_[nearest];
   const Eigen::Vector2d off = (p - wall.at).head<2>();
   return Nearest{off.dot(wall.normal), off.norm(), wall.normal};
 }
