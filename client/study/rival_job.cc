@@ -26,10 +26,11 @@ constexpr double kPriorAccuracy = 0.1;  // m
 // Does what the server does in a job through the service.
 class Workbench {
  public:
-  static absl::StatusOr<Workbench> Create(const StudyScene& scene, parallel::Parallel& parallel) {
+  static absl::StatusOr<Workbench> Create(const StudyScene& scene, planning::StationBasis basis,
+                                          parallel::Parallel& parallel) {
     auto model = model::PartialModel::Create({});
     if (!model.ok()) return model.status();
-    return Workbench(scene, *std::move(model), parallel);
+    return Workbench(scene, *std::move(model), basis, parallel);
   }
 
   // Levels and merges the first scan. The map from world to scene is then known.
@@ -105,9 +106,10 @@ class Workbench {
 
  private:
   Workbench(const StudyScene& scene, std::unique_ptr<model::PartialModel> model,
-            parallel::Parallel& parallel)
+            planning::StationBasis basis, parallel::Parallel& parallel)
       : scene_(scene), parallel_(parallel), model_(std::move(model)) {
     config_.required_density = scene.settings().required_density;
+    config_.station_basis = basis;
   }
 
   absl::Status Merge(int number, const sensor::Scan& scan, const Eigen::Isometry3d& T_world_scan) {
@@ -135,10 +137,10 @@ class Workbench {
 
 absl::Status RunRivalJob(const StudyScene& scene, uint64_t seed, Rival& rival,
                          parallel::Parallel& parallel, JobDiary& diary,
-                         std::optional<ScenePriorKind> prior) {
+                         planning::StationBasis basis, std::optional<ScenePriorKind> prior) {
   const StudySettings& settings = scene.settings();
   const simulated_job::PlacementErrors errors = scene.ErrorsFor(seed);
-  auto bench = Workbench::Create(scene, parallel);
+  auto bench = Workbench::Create(scene, basis, parallel);
   if (!bench.ok()) return bench.status();
   simulated_job::Placement placement = simulated_job::FirstPlacement(scene.StartFor(seed), errors);
   ScanMade made;

@@ -163,7 +163,8 @@ absl::Status RunOther(const StudyScene& scene, const StudyPlanner& planner, uint
   }
   if (planner.name.starts_with("prior-")) {
     rival = BudgetedRival(planner.plan_seconds);
-    return RunRivalJob(scene, seed, *rival, parallel, diary, PriorKindOf(planner.name));
+    return RunRivalJob(scene, seed, *rival, parallel, diary, planning::StationBasis::kExpected,
+                       PriorKindOf(planner.name));
   }
   rival = MakeRival(planner.name, scene);
   if (rival == nullptr) {

@@ -23,6 +23,7 @@ constexpr double kCoarseScale = 0.015;
 constexpr size_t kCoarsePoints = 700;
 constexpr size_t kFinePoints = 6000;
 constexpr size_t kRefined = 24;          // places that are looked at more closely
+constexpr double kHeightLeft = 0.3;      // m that the height is off when the walls are found
 constexpr double kSamePlace = 0.5;       // m, of two places
 constexpr double kSameYaw = 0.05;        // rad
 // Chosen on flats 101 to 108 after one scan: of priors that are true 0.94 and more agrees and at most
@@ -65,10 +66,6 @@ class Search {
   // The same place, moved to where the walls lie on each other.
   PriorPose Refine(const Offset& offset) const;
   Fit Judge(const PriorPose& pose) const;
-  // z in the prior of what lies under measured floor, less what it should be by the pose; 0 where
-  // nothing tells.
-  double HeightOff(const model::PlanningView& space, const PriorPose& pose) const;
-
  private:
   static Eigen::Vector3d Middle(const std::vector<WallPoint>& walls) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -248,14 +245,17 @@ Fit Search::Judge(const PriorPose& pose) const {
   return fit;
 }
 
-double Search::HeightOff(const model::PlanningView& space, const PriorPose& pose) const {
+// z in the prior of what lies under measured floor, at most `most` (m) off, less what it should be by
+// the pose; 0 where nothing tells.
+double HeightOff(const model::PlanningView& model, const model::PlanningView& space,
+                 const PriorPose& pose, double most) {
   // Measured floor: what faces up within a hand of where a scanner stood.
   std::vector<Eigen::Vector3d> floor;
-  model_.ForEachSurface([&](const model::VoxelIndex&, model::VoxelState state,
+  model.ForEachSurface([&](const model::VoxelIndex&, model::VoxelState state,
                             const model::SurfaceVoxel& surface) {
     if (state != model::VoxelState::kTrueSurface || surface.normal.z() < 0.9F) return;
     const Eigen::Vector3d at = surface.centroid.cast<double>();
-    const std::optional<double> under = FloorUnder(model_, at.z());
+    const std::optional<double> under = FloorUnder(model, at.z());
     if (under.has_value() && std::abs(at.z() - *under) < 0.1) floor.push_back(at);
   });
   if (floor.empty()) return 0;
@@ -263,8 +263,8 @@ double Search::HeightOff(const model::PlanningView& space, const PriorPose& pose
   const Eigen::AlignedBox3d box = [&] {
     Eigen::AlignedBox3d around;
     for (const Eigen::Vector3d& p : floor) around.extend(pose.ToPrior(p));
-    around.min().array() -= 1;
-    around.max().array() += 1;
+    around.min().array() -= 1 + most;
+    around.max().array() += 1 + most;
     return around;
   }();
   const int width = static_cast<int>(box.sizes().x() / kCell) + 1;
@@ -287,7 +287,7 @@ double Search::HeightOff(const model::PlanningView& space, const PriorPose& pose
     const Eigen::Vector3d in_prior = pose.ToPrior(p);
     const auto cell = cell_of(in_prior);
     if (!cell.has_value()) continue;
-    double nearest = kSearchHeight;
+    double nearest = most;
     bool found = false;
     for (const float z : levels[*cell]) {
       const double apart = static_cast<double>(z) - in_prior.z();
@@ -357,7 +357,9 @@ absl::StatusOr<Alignment> Align(const model::PlanningView& model,
     alignment.message = Words(alignment, false);
     return alignment;
   }
-  const Search search(model, space, placement, accuracy, std::move(walls));
+  PriorPose start = placement;
+  start.translation.z() -= HeightOff(model, space, placement, kSearchHeight);
+  const Search search(model, space, start, accuracy, std::move(walls));
   std::vector<Fit> fits;
   for (const Offset& offset : search.Coarse(cancelled)) {
     if (cancelled.Requested()) break;
@@ -385,7 +387,7 @@ absl::StatusOr<Alignment> Align(const model::PlanningView& model,
   alignment.missing = best.missing;
   alignment.residual = best.residual;
   alignment.rival = best.fit > 0 ? rival.fit / best.fit : 0;
-  alignment.pose.translation.z() -= search.HeightOff(space, best.pose);
+  alignment.pose.translation.z() -= HeightOff(model, space, best.pose, kHeightLeft);
   const bool several = alignment.rival > kMostRival;
   const bool agrees = best.agreeing >= kAgrees && best.missing <= kMostMissing;
   if (agrees) {

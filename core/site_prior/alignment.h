@@ -16,7 +16,7 @@ namespace vantage::site_prior {
 inline constexpr double kSearchRadius = 3.0;     // m, in plan
 inline constexpr double kSearchYaw = 0.18;       // rad: 10 degrees
 inline constexpr double kSearchScale = 0.03;     // share
-inline constexpr double kSearchHeight = 0.6;     // m
+inline constexpr double kSearchHeight = 2.0;     // m
 
 enum class AlignmentVerdict {
   kNotEnoughSeen,  // too few walls were measured, or the prior fits in several places

@@ -38,6 +38,7 @@ void AnswerOne(confinement::Asker& asker) {
     const auto say = [&](absl::string_view bytes) { asker.Say(bytes); };
     confinement::SayValue(
         std::array<uint64_t, 2>{mesh->vertices.size(), mesh->triangles.size()}, say);
+    confinement::SayValue(mesh->unit, say);
     confinement::SayVector(mesh->vertices, say);
     confinement::SayVector(mesh->triangles, say);
   }
@@ -57,6 +58,11 @@ absl::StatusOr<PriorMesh> HearPrior(confinement::HearBytes hear) {
     return absl::InvalidArgumentError("its reader answered with more of a mesh than is allowed");
   }
   PriorMesh mesh;
+  heard = confinement::HearValue(hear, mesh.unit);
+  if (!heard.ok()) return heard;
+  if (!(mesh.unit > 0 && mesh.unit < 1e4)) {
+    return absl::InvalidArgumentError("its reader answered with a unit that there is not");
+  }
   heard = confinement::HearVector(hear, vertices, mesh.vertices);
   if (heard.ok()) heard = confinement::HearVector(hear, triangles, mesh.triangles);
   if (heard.ok()) heard = CheckPrior(mesh);

@@ -235,7 +235,9 @@ absl::StatusOr<PlanRaster> ReadDxf(absl::string_view bytes, double unit) {
         "named for doors, furniture, dimensions or texts are left out");
   }
   if (unit == 0) unit = gathering.unit() > 0 ? gathering.unit() : 1;
-  return Draw(std::move(lines), unit);
+  absl::StatusOr<PlanRaster> plan = Draw(std::move(lines), unit);
+  if (plan.ok()) plan->unit = unit;
+  return plan;
 }
 
 }  // namespace vantage::site_prior

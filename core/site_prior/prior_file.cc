@@ -103,6 +103,7 @@ absl::StatusOr<PriorMesh> ParsePrior(absl::string_view bytes, const PriorReading
     }
     absl::StatusOr<PriorMesh> mesh = ExtrudePlan(*plan, reading.floor, reading.wall_height);
     if (!mesh.ok()) return mesh.status();
+    mesh->unit = reading.unit > 0 ? reading.unit : plan->unit;
     if (absl::Status fine = CheckPrior(*mesh); !fine.ok()) return fine;
     return mesh;
   }
@@ -114,6 +115,7 @@ absl::StatusOr<PriorMesh> ParsePrior(absl::string_view bytes, const PriorReading
     vertex *= unit;
     if (reading.y_up != 0) vertex = Eigen::Vector3f(vertex.x(), -vertex.z(), vertex.y());
   }
+  mesh->unit = static_cast<double>(unit);
   if (absl::Status fine = CheckPrior(*mesh); !fine.ok()) return fine;
   return mesh;
 }

@@ -86,6 +86,25 @@ absl::Status CheckPrior(const PriorMesh& mesh) {
   return absl::OkStatus();
 }
 
+PriorMesh MeshOfModel(const model::PlanningView& model) {
+  PriorMesh mesh;
+  const auto half = static_cast<float>(0.5 * model.voxel_size());
+  model.ForEachSurface([&](const model::VoxelIndex&, model::VoxelState state,
+                           const model::SurfaceVoxel& surface) {
+    if (state != model::VoxelState::kTrueSurface) return;
+    const Eigen::Vector3f u = half * surface.normal.unitOrthogonal();
+    const Eigen::Vector3f v = surface.normal.cross(u);
+    const auto first = static_cast<uint32_t>(mesh.vertices.size());
+    for (const Eigen::Vector3f& corner : {Eigen::Vector3f(-u - v), Eigen::Vector3f(u - v),
+                                          Eigen::Vector3f(u + v), Eigen::Vector3f(v - u)}) {
+      mesh.vertices.push_back(surface.centroid + corner);
+    }
+    mesh.triangles.push_back({first, first + 1, first + 2});
+    mesh.triangles.push_back({first, first + 2, first + 3});
+  });
+  return mesh;
+}
+
 std::string EncodePrior(const PriorMesh& mesh) {
   std::string bytes;
   const std::array<uint64_t, 2> counts = {mesh.vertices.size(), mesh.triangles.size()};

@@ -13,6 +13,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "core/model/view/planning_view.h"
 
 namespace vantage::site_prior {
 
@@ -21,6 +22,7 @@ namespace vantage::site_prior {
 struct PriorMesh {
   std::vector<Eigen::Vector3f> vertices;           // m
   std::vector<std::array<uint32_t, 3>> triangles;  // two-sided: winding means nothing
+  double unit = 1;  // m for 1 of the coordinates of the file that it was read from; not stored
 
   Eigen::AlignedBox3f Bounds() const;
 };
@@ -34,6 +36,9 @@ inline constexpr double kWidestPrior = 2000;  // m, along any axis
 // triangle, a number that is not finite, too many triangles, wider than kWidestPrior or narrower
 // than a room ('is 12000 m wide: give the unit, mm'), or flat.
 absl::Status CheckPrior(const PriorMesh& mesh);
+
+// The measured surface of a model: a square for each of its voxels.
+PriorMesh MeshOfModel(const model::PlanningView& model);
 
 // As it is stored: numbers of vertices and triangles (u64 each), vertices (three f32 each),
 // triangles (three u32 each), little-endian.

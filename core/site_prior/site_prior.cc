@@ -53,6 +53,10 @@ absl::StatusOr<PriorStanding> Judge(const model::PlanningView& model, const Site
   if (!space.ok()) return space.status();
   auto refutation = Refute(model, *space, prior.accuracy(), cancelled);
   if (!refutation.ok()) return refutation.status();
+  size_t in_walls = 0;
+  for (const model::Station& station : model.stations()) {
+    in_walls += space->Empty(space->At(station.position)) ? 0 : 1;
+  }
   standing.agreeing_area = refutation->agreeing_area;
   standing.gone_area = refutation->gone_area;
   standing.new_area = refutation->new_area;
@@ -72,6 +76,12 @@ absl::StatusOr<PriorStanding> Judge(const model::PlanningView& model, const Site
                     absl::StrFormat("; %.1f m2 of its walls are gone and %.1f m2 are new, where it "
                                     "is not used",
                                     refutation->gone_area, refutation->new_area));
+  }
+  if (in_walls > 0) {
+    absl::StrAppend(&standing.message,
+                    absl::StrFormat("; %d of %d scans were made where it has no room: compare its "
+                                    "two points with the site",
+                                    in_walls, model.stations().size()));
   }
   standing.space.emplace(std::move(refutation->left));
   return standing;

@@ -21,6 +21,8 @@
 namespace vantage::session {
 namespace {
 
+using PreparedOr = absl::StatusOr<std::shared_ptr<const planning::PlanningProblem>>;
+
 // Bytes that the plan will need at most.
 int64_t MemoryOf(const PlanInputs& inputs) {
   return static_cast<int64_t>(
@@ -121,8 +123,20 @@ absl::StatusOr<PlanInputs> ReadPlanInputs(SessionContext& context, ModelMemory& 
   inputs.scanner_id = scanner.id();
   inputs.preset = scanner.preset();
   inputs.setting = scanner.setting();
+  bool any_in_model = false;
+  context.journal().Read([&](const SessionState& state) {
+    inputs.prior = SitePriorOf(state, context.origin(), context.dependencies().store);
+    any_in_model = state.AnyInModel();
+  });
+  if (inputs.prior.has_value()) absl::StrAppend(&inputs.read_from, "prior ", inputs.prior->set);
   inputs.model = model.Current();
-  if (inputs.model.view == nullptr) return model.WhyNone();
+  if (inputs.model.view == nullptr) {
+    // Before the first scan a prior of the site is all that there is.
+    if (!inputs.prior.has_value() || any_in_model) return model.WhyNone();
+    inputs.model.view = std::make_shared<model::PlanningView>(
+        voxel_size, 0, std::vector<model::BrickAt>(), std::vector<model::Station>());
+    return inputs;
+  }
   inputs.last_scan = LastScanOf(context, inputs.model);
   model.Touch();
   return inputs;
@@ -285,8 +299,17 @@ ProblemQuestion QuestionOf(const PlanInputs& inputs) {
 
 PlanningTask TaskOf(ModelMemory& model, const PlanInputs& inputs) {
   return {*inputs.model.view, inputs.scanner, inputs.config,
-          [&model, &inputs](parallel::Parallel& parallel, const parallel::Cancellation& cancelled) {
-            return model.prepared().Of(QuestionOf(inputs), inputs.memory, parallel, cancelled);
+          [&model, &inputs](parallel::Parallel& parallel,
+                            const parallel::Cancellation& cancelled) -> PreparedOr {
+            ProblemQuestion question = QuestionOf(inputs);
+            if (inputs.prior.has_value()) {
+              const auto use =
+                  model.site_prior().Of(*inputs.prior, inputs.model.view, cancelled);
+              if (absl::IsCancelled(use.status())) return use.status();
+              // A prior that cannot be used is told of by GetSitePrior; the plan goes without it.
+              if (use.ok()) question.site = (*use)->site;
+            }
+            return model.prepared().Of(question, inputs.memory, parallel, cancelled);
           }};
 }
 

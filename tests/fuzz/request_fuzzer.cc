@@ -150,6 +150,9 @@ const std::vector<Handle>& Handlers() {
       Of(rpc::handlers::DeleteStation),
       Of(rpc::handlers::EvaluateView),
       Of(rpc::handlers::GetPoseGraph),
+      Of(rpc::handlers::SetSitePrior),
+      Of(rpc::handlers::GetSitePrior),
+      Of(rpc::handlers::ClearSitePrior),
       ExportAll,
       ReportAll,
   };
