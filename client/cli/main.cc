@@ -137,7 +137,8 @@ int main(int argc, char** argv) {
   vantage::cli::AddRejectionDelete(rejection, environment);
 
   CLI::App& prior = *app.add_subcommand(
-      "prior", "What is known of the site before it is scanned, for plans to expect: set, show, clear");
+      "prior",
+      "What is known of the site before it is scanned, for plans to expect: set, show, clear");
   prior.require_subcommand(1)->fallthrough();
   vantage::cli::AddPriorSet(prior, environment);
   vantage::cli::AddPriorShow(prior, environment);

@@ -54,9 +54,9 @@ absl::StatusOr<v1::Vector3> PlaceOf(absl::string_view text, absl::string_view wh
 // m for 1 of the file's coordinates; 0: not given.
 absl::StatusOr<double> UnitOfText(const std::string& text) {
   if (text.empty()) return 0;
-  for (const auto& [name, metres] : {std::pair("mm", 0.001), std::pair("cm", 0.01),
-                                     std::pair("m", 1.0), std::pair("in", 0.0254),
-                                     std::pair("ft", 0.3048)}) {
+  for (const auto& [name, metres] :
+       {std::pair("mm", 0.001), std::pair("cm", 0.01), std::pair("m", 1.0), std::pair("in", 0.0254),
+        std::pair("ft", 0.3048)}) {
     if (text == name) return metres;
   }
   double metres = 0;
@@ -166,7 +166,8 @@ void AddPriorSet(CLI::App& parent, Environment& environment) {
   AddCommand<PriorSetArguments>(
       parent, environment, "set",
       "Give a mesh (PLY, OBJ), a floor plan (DXF, PNG) or another job's model, for plans to expect",
-      "  vantage prior set flat plan.png --unit 0.02 --at 120,40=0.5,1,-1.5 --at 480,40=7.7,1,-1.5\n"
+      "  vantage prior set flat plan.png --unit 0.02 --at 120,40=0.5,1,-1.5 --at "
+      "480,40=7.7,1,-1.5\n"
       "  vantage prior set flat tablet.obj --y-up --at 0,0,0=1,2,0 --at 5,0,0=6,2,0\n"
       "  vantage prior set flat --from flat-2019 --at 0,0=0,0 --at 5,0=5,0",
       [](CLI::App& command, PriorSetArguments& a) {
@@ -174,10 +175,11 @@ void AddPriorSet(CLI::App& parent, Environment& environment) {
         command.add_option("FILE", a.file, "PLY, OBJ, DXF or PNG");
         command.add_option("--from", a.from_session, "The job whose model it is");
         command
-            .add_option("--at", a.at,
-                        "PLACE=PLACE, twice: a place in the file (of a picture in pixels, x from its "
-                        "left, y down from its top) and the same at the site, m; a metre off is fine. "
-                        "The second z is the floor's height of a plan")
+            .add_option(
+                "--at", a.at,
+                "PLACE=PLACE, twice: a place in the file (of a picture in pixels, x from its "
+                "left, y down from its top) and the same at the site, m; a metre off is fine. "
+                "The second z is the floor's height of a plan")
             ->expected(1)
             ->take_all()
             ->required();
@@ -196,10 +198,9 @@ void AddPriorSet(CLI::App& parent, Environment& environment) {
 }
 
 void AddPriorShow(CLI::App& parent, Environment& environment) {
-  AddCommand<PriorArguments>(parent, environment, "show",
-                             "Say whether the job's prior is used, and why not",
-                             "  vantage prior show flat\n  vantage prior show flat --json",
-                             PriorOptions, RunPriorShow);
+  AddCommand<PriorArguments>(
+      parent, environment, "show", "Say whether the job's prior is used, and why not",
+      "  vantage prior show flat\n  vantage prior show flat --json", PriorOptions, RunPriorShow);
 }
 
 void AddPriorClear(CLI::App& parent, Environment& environment) {

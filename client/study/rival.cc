@@ -166,35 +166,6 @@ class BruteForce final : public Rival {
   }
 };
 
-class Budgeted final : public Rival {
- public:
-  explicit Budgeted(double seconds) : seconds_(seconds) {}
-  Proposal Propose(const PlanningSituation& s) override {
-    const planning::Plan plan = planning::MakePlan(s.problem, parallel::Budget::Seconds(seconds_),
-                                                   s.parallel, [](const planning::Plan&) {});
-    const planning::RankedView* view = plan.views.empty() ? nullptr : plan.views.data();
-    double least = 0;
-    for (const planning::RankedView& refused : plan.refused) {
-      if (!plan.views.empty()) break;
-      for (const Eigen::Vector3d& station : s.stations) {
-        const double away = (refused.position - station).norm();
-        if (view != nullptr && away >= least) continue;
-        view = &refused;
-        least = away;
-      }
-    }
-    if (view == nullptr) return {std::nullopt, std::nullopt, plan.message};
-    Proposal proposal{view->position, view->model_gain, ""};
-    if (view->expected.has_value()) {
-      proposal.expected = simulated_job::FreeSpot{view->expected->radius, view->expected->doorway};
-    }
-    return proposal;
-  }
-
- private:
-  const double seconds_;
-};
-
 }  // namespace
 
 void Rival::SeeScan(const sensor::RangeImage& /*image*/,
@@ -209,8 +180,5 @@ std::unique_ptr<Rival> FeasibleOracleRival(const StudyScene& scene, planning::St
   return std::make_unique<FeasibleOracle>(scene, basis);
 }
 std::unique_ptr<Rival> BruteForceRival() { return std::make_unique<BruteForce>(); }
-std::unique_ptr<Rival> BudgetedRival(double seconds) {
-  return std::make_unique<Budgeted>(seconds);
-}
 
 }  // namespace vantage::study

@@ -65,10 +65,6 @@ std::unique_ptr<Rival> FeasibleOracleRival(const StudyScene& scene, planning::St
 // where no view registers; a job through the service takes the nearest refused one.
 std::unique_ptr<Rival> BruteForceRival();
 
-// Our plan with a budget, s, and what a job through the service does with it: a free spot beside a
-// place that is expected, and the nearest refused view where none registers.
-std::unique_ptr<Rival> BudgetedRival(double seconds);
-
 }  // namespace vantage::study
 
 #endif  // VANTAGE_CLIENT_STUDY_RIVAL_H_

@@ -13,7 +13,6 @@
 #include "core/planning/feasibility/feasible_views.h"
 #include "core/registration/levelling.h"
 #include "core/registration/registration.h"
-#include "core/site_prior/site_prior.h"
 
 namespace vantage::study {
 namespace {
@@ -21,16 +20,14 @@ namespace {
 constexpr int kMostRefusals = 5;        // places in a row where nobody can stand
 constexpr double kBlockedRadius = 0.3;  // m around such a place
 constexpr double kLostRadius = 0.4;     // m around a place whose scan was lost
-constexpr double kPriorAccuracy = 0.1;  // m
 
 // Does what the server does in a job through the service.
 class Workbench {
  public:
-  static absl::StatusOr<Workbench> Create(const StudyScene& scene, planning::StationBasis basis,
-                                          parallel::Parallel& parallel) {
+  static absl::StatusOr<Workbench> Create(const StudyScene& scene, parallel::Parallel& parallel) {
     auto model = model::PartialModel::Create({});
     if (!model.ok()) return model.status();
-    return Workbench(scene, *std::move(model), basis, parallel);
+    return Workbench(scene, *std::move(model), parallel);
   }
 
   // Levels and merges the first scan. The map from world to scene is then known.
@@ -68,35 +65,9 @@ class Workbench {
     config_.rejected.push_back({place, radius});
   }
 
-  // From now on a prior of the site is expected.
-  absl::Status Place(ScenePriorKind kind, const Eigen::Vector3d& start, uint64_t seed) {
-    auto mesh = MakeScenePrior(scene_.site(), kind);
-    if (!mesh.ok()) return mesh.status();
-    const auto pose = site_prior::PlaceByPoints(RoughPoints(
-        start, scene_.site().floor_height, kind, T_scene_world_.inverse(), seed));
-    if (!pose.ok()) return pose.status();
-    auto prior = site_prior::SitePrior::Create(*std::move(mesh), *pose, kPriorAccuracy);
-    if (!prior.ok()) return prior.status();
-    prior_ = *std::move(prior);
-    return absl::OkStatus();
-  }
-  // What scans say of it, in words; empty where there is none.
-  absl::StatusOr<std::string> AlignPrior() {
-    if (prior_ == nullptr) return "";
-    auto standing = site_prior::Judge(*view_, *prior_);
-    if (!standing.ok()) return standing.status();
-    site_ = nullptr;
-    if (standing->space.has_value()) {
-      auto site = planning::ExpectedSite::Of(*std::move(standing->space));
-      if (!site.ok()) return site.status();
-      site_ = *std::move(site);
-    }
-    return standing->message;
-  }
-
   Proposal Ask(Rival& rival, int number, uint64_t seed) const {
-    const auto problem = planning::PlanningProblem::Prepare(
-        {*view_, scene_.settings().scanner, config_, nullptr, site_}, parallel_);
+    const auto problem =
+        planning::PlanningProblem::Prepare({*view_, scene_.settings().scanner, config_}, parallel_);
     if (!problem.ok()) return {std::nullopt, std::nullopt, problem.status().ToString()};
     return rival.Propose({**problem, stations_, number, seed, T_scene_world_, parallel_});
   }
@@ -106,10 +77,9 @@ class Workbench {
 
  private:
   Workbench(const StudyScene& scene, std::unique_ptr<model::PartialModel> model,
-            planning::StationBasis basis, parallel::Parallel& parallel)
+            parallel::Parallel& parallel)
       : scene_(scene), parallel_(parallel), model_(std::move(model)) {
     config_.required_density = scene.settings().required_density;
-    config_.station_basis = basis;
   }
 
   absl::Status Merge(int number, const sensor::Scan& scan, const Eigen::Isometry3d& T_world_scan) {
@@ -126,8 +96,6 @@ class Workbench {
   std::unique_ptr<model::PartialModel> model_;
   std::shared_ptr<const model::PlanningView> view_;
   planning::PlanningConfig config_;
-  std::shared_ptr<const site_prior::SitePrior> prior_;
-  std::shared_ptr<const planning::ExpectedSite> site_;
   std::vector<Eigen::Vector3d> stations_;
   Eigen::Isometry3d T_scene_world_ = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d last_pose_ = Eigen::Isometry3d::Identity();
@@ -136,11 +104,10 @@ class Workbench {
 }  // namespace
 
 absl::Status RunRivalJob(const StudyScene& scene, uint64_t seed, Rival& rival,
-                         parallel::Parallel& parallel, JobDiary& diary,
-                         planning::StationBasis basis, std::optional<ScenePriorKind> prior) {
+                         parallel::Parallel& parallel, JobDiary& diary) {
   const StudySettings& settings = scene.settings();
   const simulated_job::PlacementErrors errors = scene.ErrorsFor(seed);
-  auto bench = Workbench::Create(scene, basis, parallel);
+  auto bench = Workbench::Create(scene, parallel);
   if (!bench.ok()) return bench.status();
   simulated_job::Placement placement = simulated_job::FirstPlacement(scene.StartFor(seed), errors);
   ScanMade made;
@@ -155,11 +122,6 @@ absl::Status RunRivalJob(const StudyScene& scene, uint64_t seed, Rival& rival,
     if (number == 1) {
       if (absl::Status begun = bench->Begin(placement, scan); !begun.ok()) return begun;
       made.merged = true;
-      if (prior.has_value()) {
-        if (absl::Status placed = bench->Place(*prior, scene.StartFor(seed), seed); !placed.ok()) {
-          return placed;
-        }
-      }
     } else if (absl::Status joined = bench->Join(placement, number, errors, scan, made);
                !joined.ok()) {
       return joined;
@@ -176,9 +138,6 @@ absl::Status RunRivalJob(const StudyScene& scene, uint64_t seed, Rival& rival,
     }
 
     made = {};
-    const auto said = bench->AlignPrior();
-    if (!said.ok()) return said.status();
-    if (!said->empty()) made.notes.push_back(*said);
     const auto begun = std::chrono::steady_clock::now();
     for (int refusals = 0;; ++refusals) {
       const Proposal proposal = bench->Ask(rival, number + 1, seed);

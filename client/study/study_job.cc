@@ -74,8 +74,9 @@ absl::Status RunOurs(const StudyScene& scene, const StudyPlanner& planner, uint6
   client::Client client(connection);
   simulated_job::Site site = scene.site();
   site.start = scene.StartFor(seed);
-  simulated_job::SimulatedJob job(client, site, OptionsFor(scene, planner, seed), scene.scanner(),
-                                  scene.truth(), parallel);
+  simulated_job::JobOptions options = OptionsFor(scene, planner, seed);
+  options.site_prior = planner.site_prior;
+  simulated_job::SimulatedJob job(client, site, options, scene.scanner(), scene.truth(), parallel);
   ScanMade next;  // notes on the next scan, made when it is planned
   const auto result = job.Run([&](const simulated_job::Cycle& cycle) -> absl::Status {
     ScanMade made = next;
@@ -128,13 +129,6 @@ std::unique_ptr<Rival> MakeRival(const std::string& name, const StudyScene& scen
   return nullptr;
 }
 
-std::optional<ScenePriorKind> PriorKindOf(const std::string& planner) {
-  if (planner == "prior-true") return ScenePriorKind::kTrue;
-  if (planner == "prior-plan") return ScenePriorKind::kPlan;
-  if (planner == "prior-wrong") return ScenePriorKind::kWrong;
-  return std::nullopt;
-}
-
 absl::Status RunOther(const StudyScene& scene, const StudyPlanner& planner, uint64_t seed,
                       parallel::Parallel& parallel, JobDiary& diary) {
   if (planner.name == "oracle") {
@@ -160,11 +154,6 @@ absl::Status RunOther(const StudyScene& scene, const StudyPlanner& planner, uint
     diary.record().set_ended(
         absl::StrFormat("%s; %.2f m apart", diary.record().ended(), spacing.spacing));
     return run;
-  }
-  if (planner.name.starts_with("prior-")) {
-    rival = BudgetedRival(planner.plan_seconds);
-    return RunRivalJob(scene, seed, *rival, parallel, diary, planning::StationBasis::kExpected,
-                       PriorKindOf(planner.name));
   }
   rival = MakeRival(planner.name, scene);
   if (rival == nullptr) {

@@ -87,12 +87,12 @@ absl::StatusOr<PlyMesh> ParsePlyMesh(absl::string_view bytes) {
   }
   PlyMesh mesh;
   for (const PlyElement& element : reader->elements()) {
-    const absl::Status read =
-        element.name == "vertex" ? ReadVertices(*reader, element, mesh)
-        : element.name == "face"
-            ? ReadFaces(*reader, element, mesh)
-            : reader->ReadElement(
-                  [](uint64_t, const PlyReader::Instance&) { return absl::OkStatus(); });
+    const absl::Status read = element.name == "vertex" ? ReadVertices(*reader, element, mesh)
+                              : element.name == "face"
+                                  ? ReadFaces(*reader, element, mesh)
+                                  : reader->ReadElement([](uint64_t, const PlyReader::Instance&) {
+                                      return absl::OkStatus();
+                                    });
     if (!read.ok()) return read;
   }
   if (mesh.triangles.empty()) {

@@ -13,8 +13,8 @@
 namespace vantage::site_prior {
 namespace {
 
-constexpr double kLeastWalls = 4.0;      // m2 of measured wall, and so much in its lesser direction:
-constexpr double kLeastAcross = 0.12;    // a share of it
+constexpr double kLeastWalls = 4.0;    // m2 of measured wall, and so much in its lesser direction:
+constexpr double kLeastAcross = 0.12;  // a share of it
 constexpr double kFacesAlikeWall = 0.8;  // cosine of normals that face alike
 constexpr double kCoarseReach = 0.4;     // m: farther off a point does not count
 constexpr double kCoarseStep = 0.2;      // m
@@ -22,18 +22,18 @@ constexpr double kCoarseYaw = 0.0175;    // rad: a degree
 constexpr double kCoarseScale = 0.015;
 constexpr size_t kCoarsePoints = 700;
 constexpr size_t kFinePoints = 6000;
-constexpr size_t kRefined = 24;          // places that are looked at more closely
-constexpr double kHeightLeft = 0.3;      // m that the height is off when the walls are found
-constexpr double kSamePlace = 0.5;       // m, of two places
-constexpr double kSameYaw = 0.05;        // rad
-// Chosen on flats 101 to 108 after one scan: of priors that are true 0.94 and more agrees and at most
-// 0.05 is missing, and the second best place fits 0.54 as well; of others, at their best places, at
-// most 0.76, at least 0.21, and 0.70.
-constexpr double kAgrees = 0.65;         // the least share of measured walls
-constexpr double kDisagrees = 0.5;       // below it the prior is not of this place
+constexpr size_t kRefined = 24;      // places that are looked at more closely
+constexpr double kHeightLeft = 0.3;  // m that the height is off when the walls are found
+constexpr double kSamePlace = 0.5;   // m, of two places
+constexpr double kSameYaw = 0.05;    // rad
+// Chosen on flats 101 to 108 after one scan: of priors that are true 0.94 and more agrees and at
+// most 0.05 is missing, and the second best place fits 0.54 as well; of others, at their best
+// places, at most 0.76, at least 0.21, and 0.70.
+constexpr double kAgrees = 0.65;    // the least share of measured walls
+constexpr double kDisagrees = 0.5;  // below it the prior is not of this place
 constexpr double kMostMissing = 0.25;
-constexpr double kMostRival = 0.75;      // of the best fit
-constexpr size_t kDecidedAtLeast = 30;   // cells of the prior's walls
+constexpr double kMostRival = 0.75;     // of the best fit
+constexpr size_t kDecidedAtLeast = 30;  // cells of the prior's walls
 
 // A change of the placement: the model's middle goes to another place of the prior.
 struct Offset {
@@ -66,6 +66,7 @@ class Search {
   // The same place, moved to where the walls lie on each other.
   PriorPose Refine(const Offset& offset) const;
   Fit Judge(const PriorPose& pose) const;
+
  private:
   static Eigen::Vector3d Middle(const std::vector<WallPoint>& walls) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -245,19 +246,19 @@ Fit Search::Judge(const PriorPose& pose) const {
   return fit;
 }
 
-// z in the prior of what lies under measured floor, at most `most` (m) off, less what it should be by
-// the pose; 0 where nothing tells.
+// z in the prior of what lies under measured floor, at most `most` (m) off, less what it should be
+// by the pose; 0 where nothing tells.
 double HeightOff(const model::PlanningView& model, const model::PlanningView& space,
                  const PriorPose& pose, double most) {
   // Measured floor: what faces up within a hand of where a scanner stood.
   std::vector<Eigen::Vector3d> floor;
-  model.ForEachSurface([&](const model::VoxelIndex&, model::VoxelState state,
-                            const model::SurfaceVoxel& surface) {
-    if (state != model::VoxelState::kTrueSurface || surface.normal.z() < 0.9F) return;
-    const Eigen::Vector3d at = surface.centroid.cast<double>();
-    const std::optional<double> under = FloorUnder(model, at.z());
-    if (under.has_value() && std::abs(at.z() - *under) < 0.1) floor.push_back(at);
-  });
+  model.ForEachSurface(
+      [&](const model::VoxelIndex&, model::VoxelState state, const model::SurfaceVoxel& surface) {
+        if (state != model::VoxelState::kTrueSurface || surface.normal.z() < 0.9F) return;
+        const Eigen::Vector3d at = surface.centroid.cast<double>();
+        const std::optional<double> under = FloorUnder(model, at.z());
+        if (under.has_value() && std::abs(at.z() - *under) < 0.1) floor.push_back(at);
+      });
   if (floor.empty()) return 0;
   constexpr double kCell = 0.2;
   const Eigen::AlignedBox3d box = [&] {
@@ -276,12 +277,12 @@ double HeightOff(const model::PlanningView& model, const model::PlanningView& sp
     if (x < 0 || y < 0 || x >= width || y >= height) return std::nullopt;
     return static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x);
   };
-  space.ForEachSurface([&](const model::VoxelIndex&, model::VoxelState,
-                           const model::SurfaceVoxel& surface) {
-    const Eigen::Vector3d p = surface.centroid.cast<double>();
-    if (surface.normal.z() < 0.9F || p.z() < box.min().z() || p.z() > box.max().z()) return;
-    if (const auto cell = cell_of(p)) levels[*cell].push_back(static_cast<float>(p.z()));
-  });
+  space.ForEachSurface(
+      [&](const model::VoxelIndex&, model::VoxelState, const model::SurfaceVoxel& surface) {
+        const Eigen::Vector3d p = surface.centroid.cast<double>();
+        if (surface.normal.z() < 0.9F || p.z() < box.min().z() || p.z() > box.max().z()) return;
+        if (const auto cell = cell_of(p)) levels[*cell].push_back(static_cast<float>(p.z()));
+      });
   std::vector<double> off;
   for (const Eigen::Vector3d& p : floor) {
     const Eigen::Vector3d in_prior = pose.ToPrior(p);
@@ -322,7 +323,8 @@ std::string Words(const Alignment& alignment, bool several) {
     case AlignmentVerdict::kNotEnoughSeen:
       if (several) {
         return absl::StrFormat(
-            "the prior fits in several places (%.0f %% of %.1f m2 of walls agree at the best); it is "
+            "the prior fits in several places (%.0f %% of %.1f m2 of walls agree at the best); it "
+            "is "
             "used as soon as scans tell which",
             percent, alignment.wall_area);
       }
@@ -331,7 +333,8 @@ std::string Words(const Alignment& alignment, bool several) {
           alignment.wall_area);
     case AlignmentVerdict::kAligned:
       return absl::StrFormat(
-          "the prior is aligned: %.0f %% of %.1f m2 of measured walls agree, to %.0f mm; scale %.3f",
+          "the prior is aligned: %.0f %% of %.1f m2 of measured walls agree, to %.0f mm; scale "
+          "%.3f",
           percent, alignment.wall_area, 1000 * alignment.residual, alignment.pose.scale);
     case AlignmentVerdict::kNotAligned:
       return absl::StrFormat(
@@ -346,9 +349,9 @@ std::string Words(const Alignment& alignment, bool several) {
 
 }  // namespace
 
-absl::StatusOr<Alignment> Align(const model::PlanningView& model,
-                                const model::PlanningView& space, const PriorPose& placement,
-                                double accuracy, const parallel::Cancellation& cancelled) {
+absl::StatusOr<Alignment> Align(const model::PlanningView& model, const model::PlanningView& space,
+                                const PriorPose& placement, double accuracy,
+                                const parallel::Cancellation& cancelled) {
   Alignment alignment;
   alignment.pose = placement;
   std::vector<WallPoint> walls = MeasuredWalls(model, kFinePoints);
@@ -375,8 +378,8 @@ absl::StatusOr<Alignment> Align(const model::PlanningView& model,
                                    best.pose.ToPrior(model.Centre(model.bounds().max));
     const double apart =
         (fit.pose.ToModel(middle / 2) - best.pose.ToModel(middle / 2)).head<2>().norm();
-    if (apart < kSamePlace && std::abs(std::remainder(fit.pose.yaw - best.pose.yaw, 2 * M_PI)) <
-                                  kSameYaw) {
+    if (apart < kSamePlace &&
+        std::abs(std::remainder(fit.pose.yaw - best.pose.yaw, 2 * M_PI)) < kSameYaw) {
       continue;
     }
     rival = fit;
@@ -391,8 +394,7 @@ absl::StatusOr<Alignment> Align(const model::PlanningView& model,
   const bool several = alignment.rival > kMostRival;
   const bool agrees = best.agreeing >= kAgrees && best.missing <= kMostMissing;
   if (agrees) {
-    alignment.verdict =
-        several ? AlignmentVerdict::kNotEnoughSeen : AlignmentVerdict::kAligned;
+    alignment.verdict = several ? AlignmentVerdict::kNotEnoughSeen : AlignmentVerdict::kAligned;
   } else if (best.agreeing < kDisagrees || best.missing > kMostMissing || !several) {
     alignment.verdict = AlignmentVerdict::kNotAligned;
   }

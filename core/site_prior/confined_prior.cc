@@ -36,8 +36,8 @@ void AnswerOne(confinement::Asker& asker) {
   const absl::StatusOr<PriorMesh> mesh = ParseAsAsked(*question, asker);
   if (mesh.ok()) {
     const auto say = [&](absl::string_view bytes) { asker.Say(bytes); };
-    confinement::SayValue(
-        std::array<uint64_t, 2>{mesh->vertices.size(), mesh->triangles.size()}, say);
+    confinement::SayValue(std::array<uint64_t, 2>{mesh->vertices.size(), mesh->triangles.size()},
+                          say);
     confinement::SayValue(mesh->unit, say);
     confinement::SayVector(mesh->vertices, say);
     confinement::SayVector(mesh->triangles, say);
@@ -73,9 +73,9 @@ absl::StatusOr<PriorMesh> HearPrior(confinement::HearBytes hear) {
 absl::StatusOr<PriorMesh> ReadPriorConfined(int file, uint64_t size, const PriorReading& reading,
                                             const confinement::AllowanceSettings& settings) {
   if (size > kMostPriorFileBytes) {
-    return absl::ResourceExhaustedError(absl::StrCat(
-        "the file is ", size >> 20, " MiB large, more than ", kMostPriorFileBytes >> 20,
-        " MiB: simplify the mesh, centimetres do"));
+    return absl::ResourceExhaustedError(
+        absl::StrCat("the file is ", size >> 20, " MiB large, more than ",
+                     kMostPriorFileBytes >> 20, " MiB: simplify the mesh, centimetres do"));
   }
   absl::StatusOr<confinement::Child> reader = confinement::Child::Start(
       kPriorReaderName, file,

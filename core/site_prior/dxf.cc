@@ -24,14 +24,14 @@
 namespace vantage::site_prior {
 namespace {
 
-constexpr double kDxfCell = 0.02;        // m
-constexpr double kCoarsestCell = 0.1;    // m
+constexpr double kDxfCell = 0.02;      // m
+constexpr double kCoarsestCell = 0.1;  // m
 constexpr size_t kMostCells = 16'000'000;
 constexpr size_t kMostLines = 2'000'000;
-constexpr int kBulgePieces = 8;          // an arc of a polyline becomes so many lines
+constexpr int kBulgePieces = 8;  // an arc of a polyline becomes so many lines
 // What plans have besides walls, in the languages of those who draw them here.
 constexpr std::array<const char*, 16> kNoWalls = {
-    "door", "tuer", "tür",  "furn",   "moebel", "möbel", "möb",  "dim",
+    "door", "tuer", "tür",   "furn",    "moebel", "möbel", "möb",  "dim",
     "bema", "text", "hatch", "schraff", "annot",  "axis",  "achs", "sanit"};
 
 struct Line {
@@ -147,8 +147,7 @@ class Gathering final : public DL_CreationAdapter {
     const double angle = 4 * std::atan(from.bulge);
     const Eigen::Vector2d chord = to - from.at;
     const Eigen::Vector2d left(-chord.y(), chord.x());
-    const Eigen::Vector2d centre =
-        from.at + chord / 2 + left * ((1 / std::tan(angle / 2)) / 2);
+    const Eigen::Vector2d centre = from.at + chord / 2 + left * ((1 / std::tan(angle / 2)) / 2);
     Eigen::Vector2d before = from.at;
     for (int i = 1; i <= kBulgePieces; ++i) {
       const Eigen::Vector2d next =
@@ -206,8 +205,7 @@ absl::StatusOr<PlanRaster> Draw(std::vector<Line> lines, double unit) {
   plan.height = static_cast<int>(size.y() / plan.cell) + 3;
   plan.wall.assign(static_cast<size_t>(plan.width) * static_cast<size_t>(plan.height), 0);
   for (const Line& line : lines) {
-    const int steps =
-        static_cast<int>(std::ceil((line.b - line.a).norm() / (0.5 * plan.cell))) + 1;
+    const int steps = static_cast<int>(std::ceil((line.b - line.a).norm() / (0.5 * plan.cell))) + 1;
     for (int i = 0; i <= steps; ++i) {
       const Eigen::Vector2d p = line.a + (line.b - line.a) * (static_cast<double>(i) / steps);
       const Eigen::Vector2i at = ((p - plan.origin) / plan.cell).array().floor().cast<int>();

@@ -125,8 +125,8 @@ std::vector<uint8_t> Inside(const PlanRaster& plan) {
   return inside;
 }
 
-// What is narrower than kNarrowest everywhere lies between the two lines that a wall is drawn as: it
-// becomes wall.
+// What is narrower than kNarrowest everywhere lies between the two lines that a wall is drawn as:
+// it becomes wall.
 void FillWalls(PlanRaster& plan, std::vector<uint8_t>& inside) {
   const int half = std::max(1, static_cast<int>(std::lround(kNarrowest / 2 / plan.cell * 3)));
   const std::vector<int> from_wall = Distances(plan.wall, plan.width, plan.height);

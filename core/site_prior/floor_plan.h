@@ -17,10 +17,10 @@ namespace vantage::site_prior {
 struct PlanRaster {
   int width = 0;
   int height = 0;
-  double cell = 0;                                     // m
-  Eigen::Vector2d origin = Eigen::Vector2d::Zero();    // m, prior's frame
-  std::vector<uint8_t> wall;                           // by y, x: 1 where a wall is
-  double unit = 1;                                     // as PriorMesh::unit
+  double cell = 0;                                   // m
+  Eigen::Vector2d origin = Eigen::Vector2d::Zero();  // m, prior's frame
+  std::vector<uint8_t> wall;                         // by y, x: 1 where a wall is
+  double unit = 1;                                   // as PriorMesh::unit
 
   uint8_t& At(int x, int y) {
     return wall[static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)];

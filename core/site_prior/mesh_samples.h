@@ -17,10 +17,8 @@ template <typename Fn>
 void ForEachMeshSample(const PriorMesh& mesh, const PriorPose& pose, double spacing, Fn&& fn) {
   for (const auto& triangle : mesh.triangles) {
     const Eigen::Vector3d a = pose.ToModel(mesh.vertices[triangle[0]].template cast<double>());
-    const Eigen::Vector3d u =
-        pose.ToModel(mesh.vertices[triangle[1]].template cast<double>()) - a;
-    const Eigen::Vector3d v =
-        pose.ToModel(mesh.vertices[triangle[2]].template cast<double>()) - a;
+    const Eigen::Vector3d u = pose.ToModel(mesh.vertices[triangle[1]].template cast<double>()) - a;
+    const Eigen::Vector3d v = pose.ToModel(mesh.vertices[triangle[2]].template cast<double>()) - a;
     const Eigen::Vector3d normal = u.cross(v);
     const double twice = normal.norm();
     if (!(twice > 0)) continue;

@@ -1,9 +1,9 @@
 #include "core/site_prior/obj.h"
 
-#include <assimp/IOSystem.hpp>
-#include <assimp/Importer.hpp>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
+#include <assimp/IOSystem.hpp>
+#include <assimp/Importer.hpp>
 #include <exception>
 #include <utility>
 

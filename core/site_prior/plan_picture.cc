@@ -68,8 +68,8 @@ absl::StatusOr<PlanRaster> ReadPlanPicture(absl::string_view bytes, double metre
   const size_t pixels = static_cast<size_t>(image.width) * image.height;
   if (pixels > kMostPlanCells) {
     png_image_free(&image);
-    return absl::InvalidArgumentError(absl::StrCat("the picture has ", pixels, " pixels, more than ",
-                                                   kMostPlanCells, ": make it smaller"));
+    return absl::InvalidArgumentError(absl::StrCat(
+        "the picture has ", pixels, " pixels, more than ", kMostPlanCells, ": make it smaller"));
   }
   image.format = PNG_FORMAT_GRAY;
   std::vector<uint8_t> grey(pixels);

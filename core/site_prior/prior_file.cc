@@ -80,9 +80,9 @@ absl::StatusOr<PriorFormat> FindPriorFormat(absl::string_view bytes) {
 
 absl::StatusOr<PriorMesh> ParsePrior(absl::string_view bytes, const PriorReading& reading) {
   if (bytes.size() > kMostPriorFileBytes) {
-    return absl::ResourceExhaustedError(absl::StrCat(
-        "the file is ", bytes.size() >> 20, " MiB large, more than ", kMostPriorFileBytes >> 20,
-        " MiB: simplify the mesh, centimetres do"));
+    return absl::ResourceExhaustedError(
+        absl::StrCat("the file is ", bytes.size() >> 20, " MiB large, more than ",
+                     kMostPriorFileBytes >> 20, " MiB: simplify the mesh, centimetres do"));
   }
   if (absl::Status fine = CheckReading(reading); !fine.ok()) return fine;
   const absl::StatusOr<PriorFormat> format = FindPriorFormat(bytes);
@@ -107,8 +107,7 @@ absl::StatusOr<PriorMesh> ParsePrior(absl::string_view bytes, const PriorReading
     if (absl::Status fine = CheckPrior(*mesh); !fine.ok()) return fine;
     return mesh;
   }
-  absl::StatusOr<PriorMesh> mesh =
-      *format == PriorFormat::kPly ? ParsePly(bytes) : ParseObj(bytes);
+  absl::StatusOr<PriorMesh> mesh = *format == PriorFormat::kPly ? ParsePly(bytes) : ParseObj(bytes);
   if (!mesh.ok()) return mesh.status();
   const float unit = reading.unit == 0 ? 1 : static_cast<float>(reading.unit);
   for (Eigen::Vector3f& vertex : mesh->vertices) {

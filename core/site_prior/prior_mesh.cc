@@ -70,8 +70,8 @@ absl::Status CheckPrior(const PriorMesh& mesh) {
   const double widest = size.maxCoeff();
   const double wide = std::max(size.x(), size.y());
   if (widest > kWidestPrior) {
-    return absl::InvalidArgumentError(absl::StrFormat("the prior is %.0f m wide: %s", widest,
-                                                      UnitFor(widest)));
+    return absl::InvalidArgumentError(
+        absl::StrFormat("the prior is %.0f m wide: %s", widest, UnitFor(widest)));
   }
   if (wide < kNarrowestPrior) {
     return absl::InvalidArgumentError(absl::StrFormat(
@@ -89,19 +89,19 @@ absl::Status CheckPrior(const PriorMesh& mesh) {
 PriorMesh MeshOfModel(const model::PlanningView& model) {
   PriorMesh mesh;
   const auto half = static_cast<float>(0.5 * model.voxel_size());
-  model.ForEachSurface([&](const model::VoxelIndex&, model::VoxelState state,
-                           const model::SurfaceVoxel& surface) {
-    if (state != model::VoxelState::kTrueSurface) return;
-    const Eigen::Vector3f u = half * surface.normal.unitOrthogonal();
-    const Eigen::Vector3f v = surface.normal.cross(u);
-    const auto first = static_cast<uint32_t>(mesh.vertices.size());
-    for (const Eigen::Vector3f& corner : {Eigen::Vector3f(-u - v), Eigen::Vector3f(u - v),
-                                          Eigen::Vector3f(u + v), Eigen::Vector3f(v - u)}) {
-      mesh.vertices.push_back(surface.centroid + corner);
-    }
-    mesh.triangles.push_back({first, first + 1, first + 2});
-    mesh.triangles.push_back({first, first + 2, first + 3});
-  });
+  model.ForEachSurface(
+      [&](const model::VoxelIndex&, model::VoxelState state, const model::SurfaceVoxel& surface) {
+        if (state != model::VoxelState::kTrueSurface) return;
+        const Eigen::Vector3f u = half * surface.normal.unitOrthogonal();
+        const Eigen::Vector3f v = surface.normal.cross(u);
+        const auto first = static_cast<uint32_t>(mesh.vertices.size());
+        for (const Eigen::Vector3f& corner : {Eigen::Vector3f(-u - v), Eigen::Vector3f(u - v),
+                                              Eigen::Vector3f(u + v), Eigen::Vector3f(v - u)}) {
+          mesh.vertices.push_back(surface.centroid + corner);
+        }
+        mesh.triangles.push_back({first, first + 1, first + 2});
+        mesh.triangles.push_back({first, first + 2, first + 3});
+      });
   return mesh;
 }
 
@@ -124,15 +124,16 @@ absl::StatusOr<PriorMesh> DecodePrior(absl::string_view bytes) {
   const uint64_t left = bytes.size() - sizeof(counts);
   if (vertices > left / sizeof(Eigen::Vector3f) || triangles > kMostPriorTriangles ||
       left != vertices * sizeof(Eigen::Vector3f) + triangles * sizeof(std::array<uint32_t, 3>)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("prior: ", vertices, " vertices and ", triangles, " triangles are not in ",
-                     bytes.size(), " bytes"));
+    return absl::InvalidArgumentError(absl::StrCat("prior: ", vertices, " vertices and ", triangles,
+                                                   " triangles are not in ", bytes.size(),
+                                                   " bytes"));
   }
   PriorMesh mesh;
   mesh.vertices.resize(vertices);
   mesh.triangles.resize(triangles);
   const char* from = bytes.data() + sizeof(counts);
-  if (vertices > 0) std::memcpy(static_cast<void*>(mesh.vertices.data()), from, vertices * sizeof(Eigen::Vector3f));
+  if (vertices > 0)
+    std::memcpy(static_cast<void*>(mesh.vertices.data()), from, vertices * sizeof(Eigen::Vector3f));
   from += vertices * sizeof(Eigen::Vector3f);
   if (triangles > 0) {
     std::memcpy(mesh.triangles.data(), from, triangles * sizeof(mesh.triangles[0]));

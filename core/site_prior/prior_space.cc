@@ -19,9 +19,9 @@
 namespace vantage::site_prior {
 namespace {
 
-constexpr double kHeadroom = 1.8;      // m over floor of a room
+constexpr double kHeadroom = 1.8;       // m over floor of a room
 constexpr double kLeastFloor = 2.0;     // m2 of floor with headroom: a wardrobe has less
-constexpr double kOpenAbove = 2.5;     // m over the floor, where no ceiling is
+constexpr double kOpenAbove = 2.5;      // m over the floor, where no ceiling is
 constexpr double kOpenFurniture = 1.5;  // m over the floor that such space begins at most
 constexpr double kFacesUp = 0.7;        // |cosine| of surface that something stands on
 
@@ -83,8 +83,7 @@ class Rooms {
   void ForEachColumn(Fn&& fn) const {  // fn(begin, end) of surface_
     for (size_t begin = 0; begin < surface_.size();) {
       size_t end = begin;
-      while (end < surface_.size() &&
-             surface_[end].at.head<2>() == surface_[begin].at.head<2>()) {
+      while (end < surface_.size() && surface_[end].at.head<2>() == surface_[begin].at.head<2>()) {
         ++end;
       }
       fn(begin, end);
@@ -244,8 +243,7 @@ std::vector<model::BrickAt> Rooms::Bricks() const {
 }  // namespace
 
 absl::StatusOr<model::PlanningView> SpaceOf(const PriorMesh& mesh, const PriorPose& pose,
-                                            double voxel,
-                                            const parallel::Cancellation& cancelled) {
+                                            double voxel, const parallel::Cancellation& cancelled) {
   const double surface = AreaOf(mesh) * pose.scale * pose.scale / (voxel * voxel);
   const auto too_large = [&](double voxels) {
     return absl::ResourceExhaustedError(absl::StrFormat(

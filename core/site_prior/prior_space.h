@@ -12,10 +12,10 @@
 namespace vantage::site_prior {
 
 // Rooms are empty: what lies over floor with headroom, and what hangs together with that under
-// furniture. Surface beside them is true surface at no density that faces them. All else is unknown:
-// slabs, the inside of furniture, what is outside. No stations. INVALID_ARGUMENT: it has no room.
-// RESOURCE_EXHAUSTED: more surface or space than kMostVoxels. CANCELLED when that was requested on
-// the way.
+// furniture. Surface beside them is true surface at no density that faces them. All else is
+// unknown: slabs, the inside of furniture, what is outside. No stations. INVALID_ARGUMENT: it has
+// no room. RESOURCE_EXHAUSTED: more surface or space than kMostVoxels. CANCELLED when that was
+// requested on the way.
 inline constexpr double kMostVoxels = 4e8;
 absl::StatusOr<model::PlanningView> SpaceOf(const PriorMesh& mesh, const PriorPose& pose,
                                             double voxel,

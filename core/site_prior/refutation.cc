@@ -36,9 +36,8 @@ class Around {
         reach_(std::max(1, static_cast<int>(std::ceil(accuracy / view.voxel_size())))) {}
 
   bool AnySurface(const model::VoxelIndex& v) const {
-    return Any(v, [](const model::VoxelIndex&, model::VoxelState state) {
-      return IsMeasured(state);
-    });
+    return Any(v,
+               [](const model::VoxelIndex&, model::VoxelState state) { return IsMeasured(state); });
   }
   // Surface that faces alike.
   bool Same(const model::VoxelIndex& v, const Eigen::Vector3f& normal) const {
@@ -143,26 +142,26 @@ absl::StatusOr<Refutation> Refute(const model::PlanningView& model,
     until_look = kBricksBetweenLooks * model::Brick::kVoxels / 8;
     stopped |= cancelled.Requested();
   };
-  space.ForEachSurface([&](const model::VoxelIndex& v, model::VoxelState,
-                           const model::SurfaceVoxel& surface) {
-    look();
-    if (stopped) return;
-    const model::VoxelState known = model.State(v);
-    if (known == model::VoxelState::kUnknown) return;
-    const bool there = measured.AnySurface(v);
-    const bool missing = !there && known == model::VoxelState::kEmpty;
-    if (missing) refuted[model::KeyOf(model::Brick::Of(v))] += face;
-    if (!there && !missing) return;
-    if (OverFurniture(model, surface)) (there ? agreeing : gone) += face;
-  });
-  model.ForEachSurface([&](const model::VoxelIndex& v, model::VoxelState state,
-                           const model::SurfaceVoxel& surface) {
-    look();
-    if (stopped || state != model::VoxelState::kTrueSurface) return;
-    if (!space.Empty(v) || !OverFurniture(model, surface) || expected.AnySurface(v)) return;
-    refuted[model::KeyOf(model::Brick::Of(v))] += face;
-    added += face;
-  });
+  space.ForEachSurface(
+      [&](const model::VoxelIndex& v, model::VoxelState, const model::SurfaceVoxel& surface) {
+        look();
+        if (stopped) return;
+        const model::VoxelState known = model.State(v);
+        if (known == model::VoxelState::kUnknown) return;
+        const bool there = measured.AnySurface(v);
+        const bool missing = !there && known == model::VoxelState::kEmpty;
+        if (missing) refuted[model::KeyOf(model::Brick::Of(v))] += face;
+        if (!there && !missing) return;
+        if (OverFurniture(model, surface)) (there ? agreeing : gone) += face;
+      });
+  model.ForEachSurface(
+      [&](const model::VoxelIndex& v, model::VoxelState state, const model::SurfaceVoxel& surface) {
+        look();
+        if (stopped || state != model::VoxelState::kTrueSurface) return;
+        if (!space.Empty(v) || !OverFurniture(model, surface) || expected.AnySurface(v)) return;
+        refuted[model::KeyOf(model::Brick::Of(v))] += face;
+        added += face;
+      });
   if (stopped) return absl::CancelledError("site prior");
   const BrickSet dropped = Dropped(refuted, accuracy, voxel);
   std::vector<model::BrickAt> bricks;

@@ -26,10 +26,10 @@ struct Refutation {
   }
 };
 
-// `space`: SpaceOf() the prior at its place in the model. Within `accuracy` (m) two surfaces are the
-// same. Where surface is gone or new, all that the prior has around is dropped, as far as a few times
-// its accuracy; and rooms to which new walls leave no way from what is known. CANCELLED when that was
-// requested on the way.
+// `space`: SpaceOf() the prior at its place in the model. Within `accuracy` (m) two surfaces are
+// the same. Where surface is gone or new, all that the prior has around is dropped, as far as a few
+// times its accuracy; and rooms to which new walls leave no way from what is known. CANCELLED when
+// that was requested on the way.
 absl::StatusOr<Refutation> Refute(const model::PlanningView& model,
                                   const model::PlanningView& space, double accuracy,
                                   const parallel::Cancellation& cancelled = {});

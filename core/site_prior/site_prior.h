@@ -56,12 +56,12 @@ enum class PriorState {
 
 struct PriorStanding {
   PriorState state = PriorState::kPlaced;
-  Alignment alignment;        // its pose is the placement where nothing was scanned
-  double agreeing_area = 0;   // m2, as of Refutation
+  Alignment alignment;       // its pose is the placement where nothing was scanned
+  double agreeing_area = 0;  // m2, as of Refutation
   double gone_area = 0;
   double new_area = 0;
   double refuted_share = 0;
-  std::string message;        // for people
+  std::string message;  // for people
   // What may be expected; nothing where the prior is not used.
   std::optional<model::PlanningView> space;
 

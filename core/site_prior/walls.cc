@@ -7,9 +7,9 @@
 namespace vantage::site_prior {
 namespace {
 
-constexpr double kBelowFloor = 0.3;       // m that a floor may be taken too high by
-constexpr double kMostFieldCells = 6e6;   // 120 MB
-constexpr double kSameWay = 0.5;          // cosine
+constexpr double kBelowFloor = 0.3;      // m that a floor may be taken too high by
+constexpr double kMostFieldCells = 6e6;  // 120 MB
+constexpr double kSameWay = 0.5;         // cosine
 
 }  // namespace
 
@@ -24,15 +24,16 @@ std::optional<double> FloorUnder(const model::PlanningView& model, double z) {
 
 std::vector<WallPoint> MeasuredWalls(const model::PlanningView& model, size_t most) {
   std::vector<WallPoint> walls;
-  model.ForEachSurface([&](const model::VoxelIndex&, model::VoxelState state,
-                           const model::SurfaceVoxel& surface) {
-    if (state != model::VoxelState::kTrueSurface || !IsUpright(surface.normal)) return;
-    const Eigen::Vector3d at = surface.centroid.cast<double>();
-    const std::optional<double> floor = FloorUnder(model, at.z());
-    if (!floor.has_value() || at.z() < *floor + kWallsFrom || at.z() > *floor + kWallsTo) return;
-    walls.push_back({at, surface.normal.head<2>().cast<double>().normalized(),
-                     static_cast<double>(surface.area)});
-  });
+  model.ForEachSurface(
+      [&](const model::VoxelIndex&, model::VoxelState state, const model::SurfaceVoxel& surface) {
+        if (state != model::VoxelState::kTrueSurface || !IsUpright(surface.normal)) return;
+        const Eigen::Vector3d at = surface.centroid.cast<double>();
+        const std::optional<double> floor = FloorUnder(model, at.z());
+        if (!floor.has_value() || at.z() < *floor + kWallsFrom || at.z() > *floor + kWallsTo)
+          return;
+        walls.push_back({at, surface.normal.head<2>().cast<double>().normalized(),
+                         static_cast<double>(surface.area)});
+      });
   const size_t stride = walls.size() / std::max<size_t>(1, most) + 1;
   if (stride == 1) return walls;
   // Their order is that of bricks, so that every n-th is spread evenly over them.
@@ -58,19 +59,19 @@ WallField::WallField(const model::PlanningView& space, const Eigen::AlignedBox3d
   away_.assign(4 * cells, static_cast<uint8_t>(kReach * 100));
   nearest_.assign(4 * cells, kNone);
   std::vector<uint8_t> has(4 * cells, 0);
-  space.ForEachSurface([&](const model::VoxelIndex&, model::VoxelState,
-                           const model::SurfaceVoxel& surface) {
-    if (!IsUpright(surface.normal)) return;
-    const Eigen::Vector3d p = surface.centroid.cast<double>();
-    const std::optional<size_t> cell = CellOf(p);
-    if (!cell.has_value()) return;
-    const Eigen::Vector2d normal = surface.normal.head<2>().cast<double>().normalized();
-    uint8_t& own = has[4 * *cell + WayOf(normal)];
-    if (own != 0) return;
-    own = 1;
-    points_.push_back({p, normal, cell_ * layer_});
-    if (surface.ambiguous) points_.push_back({p, -normal, 0});
-  });
+  space.ForEachSurface(
+      [&](const model::VoxelIndex&, model::VoxelState, const model::SurfaceVoxel& surface) {
+        if (!IsUpright(surface.normal)) return;
+        const Eigen::Vector3d p = surface.centroid.cast<double>();
+        const std::optional<size_t> cell = CellOf(p);
+        if (!cell.has_value()) return;
+        const Eigen::Vector2d normal = surface.normal.head<2>().cast<double>().normalized();
+        uint8_t& own = has[4 * *cell + WayOf(normal)];
+        if (own != 0) return;
+        own = 1;
+        points_.push_back({p, normal, cell_ * layer_});
+        if (surface.ambiguous) points_.push_back({p, -normal, 0});
+      });
   const int reach = static_cast<int>(std::ceil(kReach / cell_));
   for (uint32_t i = 0; i < points_.size(); ++i) {
     const Eigen::Vector3d& p = points_[i].at;

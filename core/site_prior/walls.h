@@ -34,8 +34,8 @@ std::vector<WallPoint> MeasuredWalls(const model::PlanningView& model, size_t mo
 // Whether a prior's or a model's surface is upright.
 inline bool IsUpright(const Eigen::Vector3f& normal) { return std::abs(normal.z()) < 0.3F; }
 
-// Upright surface of a prior by place and by where it faces, in its own frame: the nearest in plan at
-// the same height. The two sides of a wall are told apart.
+// Upright surface of a prior by place and by where it faces, in its own frame: the nearest in plan
+// at the same height. The two sides of a wall are told apart.
 class WallField {
  public:
   static constexpr double kReach = 0.5;  // m: farther away there is none
@@ -66,8 +66,8 @@ class WallField {
  private:
   std::optional<size_t> CellOf(const Eigen::Vector3d& p) const;
 
-  double cell_ = 0.1;         // m, in plan
-  double layer_ = 0.4;        // m, in height
+  double cell_ = 0.1;   // m, in plan
+  double layer_ = 0.4;  // m, in height
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
   Eigen::Vector3i size_ = Eigen::Vector3i::Zero();
   std::vector<uint8_t> away_;      // cm, by z, y, x, way

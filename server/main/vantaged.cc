@@ -599,8 +599,8 @@ int Main(int argc, char** argv) {
 }  // namespace vantage::server
 
 int main(int argc, char** argv) {
-  vantage::confinement::RunIfReader(argc, argv, {vantage::sensor::ScanFileReader(),
-                                                vantage::site_prior::SitePriorReader()});
+  vantage::confinement::RunIfReader(
+      argc, argv, {vantage::sensor::ScanFileReader(), vantage::site_prior::SitePriorReader()});
   const int code = vantage::server::Main(argc, argv);
 #ifndef VANTAGE_SANITIZED
   // Without static destructors, which threads of gRPC 1.51 may still meet: they go on after the

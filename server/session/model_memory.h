@@ -24,8 +24,8 @@
 #include "server/session/link_surfaces.h"
 #include "server/session/memory_account.h"
 #include "server/session/prepared_problem.h"
-#include "server/session/site_prior_use.h"
 #include "server/session/session_context.h"
+#include "server/session/site_prior_use.h"
 #include "server/session/stored_snapshots.h"
 #include "vantage/v1/scan.pb.h"
 

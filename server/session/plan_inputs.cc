@@ -303,8 +303,7 @@ PlanningTask TaskOf(ModelMemory& model, const PlanInputs& inputs) {
                             const parallel::Cancellation& cancelled) -> PreparedOr {
             ProblemQuestion question = QuestionOf(inputs);
             if (inputs.prior.has_value()) {
-              const auto use =
-                  model.site_prior().Of(*inputs.prior, inputs.model.view, cancelled);
+              const auto use = model.site_prior().Of(*inputs.prior, inputs.model.view, cancelled);
               if (absl::IsCancelled(use.status())) return use.status();
               // A prior that cannot be used is told of by GetSitePrior; the plan goes without it.
               if (use.ok()) question.site = (*use)->site;

@@ -28,7 +28,7 @@ struct PlanInputs {
   std::string last_scan;       // id of the scan that was made at the last station
   v1::PlanningConfig written;  // the complete configuration
   planning::PlanningConfig config;
-  std::string read_from;  // all that `config` was read from, but its seed
+  std::string read_from;                   // all that `config` was read from, but its seed
   std::optional<SitePriorQuestion> prior;  // of the site; nothing where the session has none
   sensor::ScannerModel scanner;
   std::string scanner_id;

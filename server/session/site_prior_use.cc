@@ -60,9 +60,8 @@ absl::StatusOr<site_prior::PriorPose> ReadPlacement(const v1::SitePrior& prior, 
 std::string WritePriorBlob(const site_prior::PriorMesh& mesh) {
   const std::string bytes = site_prior::EncodePrior(mesh);
   const std::array<uint64_t, 1> size = {bytes.size()};
-  return absl::StrCat(
-      absl::string_view(reinterpret_cast<const char*>(size.data()), sizeof(size)),
-      bytes::ZstdCompress(bytes));
+  return absl::StrCat(absl::string_view(reinterpret_cast<const char*>(size.data()), sizeof(size)),
+                      bytes::ZstdCompress(bytes));
 }
 
 absl::StatusOr<site_prior::PriorMesh> ReadPriorBlob(const std::string& bytes) {
@@ -70,8 +69,7 @@ absl::StatusOr<site_prior::PriorMesh> ReadPriorBlob(const std::string& bytes) {
   if (bytes.size() < sizeof(size)) return absl::DataLossError("the prior is cut off");
   std::memcpy(size.data(), bytes.data(), sizeof(size));
   if (size[0] > kMostPriorBytes) return absl::DataLossError("the prior is larger than one may be");
-  const auto whole =
-      bytes::ZstdDecompress(absl::string_view(bytes).substr(sizeof(size)), size[0]);
+  const auto whole = bytes::ZstdDecompress(absl::string_view(bytes).substr(sizeof(size)), size[0]);
   if (!whole.ok()) return absl::DataLossError(whole.status().message());
   auto mesh = site_prior::DecodePrior(*whole);
   if (!mesh.ok()) return absl::DataLossError(mesh.status().message());
@@ -90,10 +88,9 @@ absl::StatusOr<std::shared_ptr<const site_prior::SitePrior>> SitePriorUse::Load(
   if (!mesh.ok()) return mesh.status();
   const auto pose = ReadPlacement(question.prior, question.prior.unit_m(), question.origin);
   if (!pose.ok()) return pose.status();
-  auto prior = site_prior::SitePrior::Create(*std::move(mesh), *pose,
-                                             question.prior.accuracy_m() > 0
-                                                 ? question.prior.accuracy_m()
-                                                 : site_prior::kDefaultAccuracy);
+  auto prior = site_prior::SitePrior::Create(
+      *std::move(mesh), *pose,
+      question.prior.accuracy_m() > 0 ? question.prior.accuracy_m() : site_prior::kDefaultAccuracy);
   if (!prior.ok()) return prior.status();
   std::lock_guard<std::mutex> lock(mutex_);
   loaded_ = question.set;

@@ -26,7 +26,7 @@ namespace vantage::session {
 struct SitePriorQuestion {
   v1::SitePrior prior;
   std::string blob;
-  uint64_t set = 0;  // the entry that set it: tells priors apart
+  uint64_t set = 0;                                  // the entry that set it: tells priors apart
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();  // m, of the model frame in the world
   store::Store* store = nullptr;
 };
@@ -49,7 +49,7 @@ absl::StatusOr<site_prior::PriorMesh> ReadPriorBlob(const std::string& bytes);
 class SitePriorUse {
  public:
   struct Use {
-    site_prior::PriorStanding standing;  // without its space
+    site_prior::PriorStanding standing;                  // without its space
     std::shared_ptr<const planning::ExpectedSite> site;  // null where it is not used
   };
   // The last answer, if it is of the same, or a new one. Of two at a time both are made. Errors as

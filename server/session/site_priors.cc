@@ -25,8 +25,8 @@ constexpr uint64_t kMostReaderBytes = uint64_t{3} << 30;
 
 absl::StatusOr<std::string> Unfolded(const v1::SetSitePriorRequest& request) {
   if (request.compression() != v1::COMPRESSION_ZSTD) return request.file();
-  auto bytes = bytes::ZstdDecompress(request.file(),
-                                     static_cast<size_t>(request.uncompressed_size_bytes()));
+  auto bytes =
+      bytes::ZstdDecompress(request.file(), static_cast<size_t>(request.uncompressed_size_bytes()));
   if (!bytes.ok()) return contract::InvalidField("file", bytes.status().message());
   return bytes;
 }
@@ -76,7 +76,9 @@ absl::Status Refused(const absl::Status& status) {
 // Metres for a pixel, by how far apart the two points are; 0 where they don't tell.
 double PixelOf(const v1::SitePrior& prior) {
   if (prior.points_size() != 2) return 0;
-  const auto plan = [](const v1::Vector3& v) { return conversion::ReadOwnVector(v).head<2>().eval(); };
+  const auto plan = [](const v1::Vector3& v) {
+    return conversion::ReadOwnVector(v).head<2>().eval();
+  };
   const double pixels = (plan(prior.points(1).prior()) - plan(prior.points(0).prior())).norm();
   const double metres = (plan(prior.points(1).site()) - plan(prior.points(0).site())).norm();
   return pixels > 1 ? metres / pixels : 0;
@@ -119,7 +121,8 @@ v1::SitePriorStanding WriteStanding(const site_prior::PriorStanding& standing,
 }
 
 absl::Status NoPrior(const SessionContext& context) {
-  return contract::ResourceNotFound("vantage/SitePrior", absl::StrCat(context.name(), "/sitePrior"));
+  return contract::ResourceNotFound("vantage/SitePrior",
+                                    absl::StrCat(context.name(), "/sitePrior"));
 }
 
 }  // namespace
@@ -202,8 +205,8 @@ absl::StatusOr<v1::SetSitePriorResponse> SitePriors::SetNow(const v1::SetSitePri
   if (!blob.ok()) return blob.status();
   std::string before;
   prior.set_name(absl::StrCat(context_.name(), "/sitePrior"));
-  const auto written = context_.journal().Execute(
-      key, [&](const SessionState& state) -> absl::StatusOr<Draft> {
+  const auto written =
+      context_.journal().Execute(key, [&](const SessionState& state) -> absl::StatusOr<Draft> {
         before = state.site_prior_blob;
         Draft draft;
         *prior.mutable_create_time() = conversion::WriteTime(context_.journal().Now());
@@ -232,8 +235,9 @@ void SitePriors::Describe(std::function<void(absl::StatusOr<v1::GetSitePriorResp
   ModelSnapshot model = model_.Current();
   if (model.view == nullptr) {
     if (any) return done(model_.WhyNone());
-    model.view = std::make_shared<model::PlanningView>(
-        model_.config().voxel_size, 0, std::vector<model::BrickAt>(), std::vector<model::Station>());
+    model.view = std::make_shared<model::PlanningView>(model_.config().voxel_size, 0,
+                                                       std::vector<model::BrickAt>(),
+                                                       std::vector<model::Station>());
   }
   context_.RunInteractive([this, question = *std::move(question), model,
                            done = std::move(done)](parallel::Parallel&) {
@@ -242,8 +246,7 @@ void SitePriors::Describe(std::function<void(absl::StatusOr<v1::GetSitePriorResp
     if (!use.ok()) return done(use.status());
     v1::GetSitePriorResponse response;
     *response.mutable_site_prior() = question.prior;
-    *response.mutable_standing() =
-        WriteStanding((*use)->standing, question.origin, model.version);
+    *response.mutable_standing() = WriteStanding((*use)->standing, question.origin, model.version);
     done(std::move(response));
   });
 }

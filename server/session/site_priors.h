@@ -1,5 +1,5 @@
-// A session's prior of the site: set, told, and taken out. What it is is in the log, its triangles in
-// a blob.
+// A session's prior of the site: set, told, and taken out. What it is is in the log, its triangles
+// in a blob.
 #ifndef VANTAGE_SERVER_SESSION_SITE_PRIORS_H_
 #define VANTAGE_SERVER_SESSION_SITE_PRIORS_H_
 

@@ -8,8 +8,7 @@
 
 int main(int argc, char** argv) {
   vantage::confinement::RunIfReader(
-      argc, argv,
-      {vantage::sensor::ScanFileReader(), vantage::site_prior::SitePriorReader()});
+      argc, argv, {vantage::sensor::ScanFileReader(), vantage::site_prior::SitePriorReader()});
   testing::InitGoogleTest(&argc, argv);
   return RUN_ALL_TESTS();
 }

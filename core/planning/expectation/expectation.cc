@@ -302,10 +302,9 @@ absl::StatusOr<std::shared_ptr<const Expectation>> Expectation::Of(
   for (const Flight& flight : *flights) ExpectStorey(model, floor, flight, edit);
   if (site != nullptr) AddSite(model, *site, by_prior, edit, floors);
   const std::vector<model::BrickAt> changed = edit.Bricks();
-  return absl::WrapUnique<const Expectation>(
-      new Expectation(model, model::PlanningView(model, model.version(), changed, model.stations()),
-                      std::move(floors), std::move(rooms), std::move(glimpsed),
-                      std::move(by_prior)));
+  return absl::WrapUnique<const Expectation>(new Expectation(
+      model, model::PlanningView(model, model.version(), changed, model.stations()),
+      std::move(floors), std::move(rooms), std::move(glimpsed), std::move(by_prior)));
 }
 
 std::optional<size_t> Expectation::Behind(const Eigen::Vector3d& place) const {

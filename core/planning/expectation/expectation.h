@@ -1,5 +1,5 @@
-// What is expected where nothing is known: what a prior of the site shows, that a room goes on behind
-// its doorway, and that stairs lead to a storey (algorithm.md section 7E).
+// What is expected where nothing is known: what a prior of the site shows, that a room goes on
+// behind its doorway, and that stairs lead to a storey (algorithm.md section 7E).
 #ifndef VANTAGE_CORE_PLANNING_EXPECTATION_EXPECTATION_H_
 #define VANTAGE_CORE_PLANNING_EXPECTATION_EXPECTATION_H_
 
@@ -37,8 +37,8 @@ inline constexpr double kStationChance = 0.9;
 // Thread safe.
 class Expectation {
  public:
-  // A room in which places were rejected twice is not expected any more. `site`: what a prior shows,
-  // which goes before all else; null where there is none. Keeps the reference to the model.
+  // A room in which places were rejected twice is not expected any more. `site`: what a prior
+  // shows, which goes before all else; null where there is none. Keeps the reference to the model.
   // CANCELLED when that was requested on the way.
   static absl::StatusOr<std::shared_ptr<const Expectation>> Of(
       const model::PlanningView& model, const FloorMap& floor, const Openings& openings,

@@ -18,8 +18,7 @@ absl::StatusOr<std::shared_ptr<const ExpectedSite>> ExpectedSite::Of(
       floors.push_back({columns.Voxel(column), floor.height});
     }
   }
-  return absl::WrapUnique<const ExpectedSite>(
-      new ExpectedSite(std::move(view), std::move(floors)));
+  return absl::WrapUnique<const ExpectedSite>(new ExpectedSite(std::move(view), std::move(floors)));
 }
 
 }  // namespace vantage::planning

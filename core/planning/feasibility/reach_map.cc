@@ -239,8 +239,8 @@ void ReachMap::Flood(const model::PlanningView& model, const parallel::Cancellat
   if (const auto at = NodeOf(model.stations().back()); at.has_value()) spread({*at}, travel_);
 }
 
-// Before the first scan the scanner can be carried in somewhere: to where most of the site is reached
-// from.
+// Before the first scan the scanner can be carried in somewhere: to where most of the site is
+// reached from.
 void ReachMap::ReachLargest() {
   std::vector<uint32_t> piece(nodes_.count(), 0);  // of those that hang together, from 1
   std::vector<uint32_t> front;

@@ -43,8 +43,9 @@ struct PlanningQuestion {
   std::shared_ptr<const ExpectedSite> site = nullptr;
 };
 
-// All that depends on the model, a prior of the site, the scanner and the configuration alone: plans, what-ifs, fleets
-// and claims start from it. Never changes. Keeps the reference to the model. Thread safe.
+// All that depends on the model, a prior of the site, the scanner and the configuration alone:
+// plans, what-ifs, fleets and claims start from it. Never changes. Keeps the reference to the
+// model. Thread safe.
 class PlanningProblem {
  public:
   // The same on any number of threads. INVALID_ARGUMENT: scanner or configuration is impossible, or

@@ -149,7 +149,8 @@ class Checking {
   // Nothing when the budget ended.
   std::optional<Judged> Judge(uint32_t view, const parallel::Budget& budget) const {
     const Eigen::Vector3d at = feasible_.Centre(view);
-    if (stations_.empty() && headings().all_around()) return Judged{{view, FirstScan(), std::nullopt, 0}, 0};
+    if (stations_.empty() && headings().all_around())
+      return Judged{{view, FirstScan(), std::nullopt, 0}, 0};
     if (headings().all_around()) {
       const auto seen = surface_.Predict(at, scene_, config_.registration, budget);
       if (!seen.has_value()) return std::nullopt;

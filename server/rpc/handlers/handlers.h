@@ -89,8 +89,8 @@ void SetSitePrior(const session::TenantSessions& sessions, const v1::SetSitePrio
                   std::function<void(absl::StatusOr<v1::SetSitePriorResponse>)> done);
 void GetSitePrior(const session::TenantSessions& sessions, const v1::GetSitePriorRequest& request,
                   std::function<void(absl::StatusOr<v1::GetSitePriorResponse>)> done);
-absl::StatusOr<v1::ClearSitePriorResponse> ClearSitePrior(
-    const session::TenantSessions& sessions, const v1::ClearSitePriorRequest& request);
+absl::StatusOr<v1::ClearSitePriorResponse> ClearSitePrior(const session::TenantSessions& sessions,
+                                                          const v1::ClearSitePriorRequest& request);
 
 // The fleet.
 absl::StatusOr<v1::CreateScannerResponse> CreateScanner(const session::TenantSessions& sessions,

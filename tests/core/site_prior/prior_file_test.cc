@@ -62,13 +62,13 @@ std::vector<uint8_t> TwoRoomsPlan(int width, int height) {
       for (int x = x0; x < x1; ++x) grey[static_cast<size_t>(y * width + x)] = value;
     }
   };
-  box(10, 10, 178, 14, 0);     // walls of 20 cm
+  box(10, 10, 178, 14, 0);  // walls of 20 cm
   box(10, 114, 178, 118, 0);
   box(10, 10, 14, 118, 0);
   box(174, 10, 178, 118, 0);
   box(92, 10, 96, 118, 0);
-  box(92, 50, 96, 70, 255);    // a door of a metre
-  box(40, 40, 41, 48, 0);      // a letter
+  box(92, 50, 96, 70, 255);  // a door of a metre
+  box(40, 40, 41, 48, 0);    // a letter
   return grey;
 }
 
@@ -153,11 +153,10 @@ TEST(PriorFileTest, RefusesAnOpenPlan) {
   EXPECT_EQ(open.status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(open.status().message(), HasSubstr("open"));
   // A front door is no such gap.
-  EXPECT_TRUE(
-      ParsePrior(Dxf(Line(0, 0, 2, 0) + Line(3, 0, 6, 0) + Line(6, 0, 6, 5) + Line(6, 5, 0, 5) +
-                     Line(0, 5, 0, 0)),
-                 {})
-          .ok());
+  EXPECT_TRUE(ParsePrior(Dxf(Line(0, 0, 2, 0) + Line(3, 0, 6, 0) + Line(6, 0, 6, 5) +
+                             Line(6, 5, 0, 5) + Line(0, 5, 0, 0)),
+                         {})
+                  .ok());
 }
 
 TEST(PriorFileTest, ReadsAPictureWithAScale) {
@@ -171,7 +170,7 @@ TEST(PriorFileTest, ReadsAPictureWithAScale) {
   // y up: the picture's rows 14 to 114 lie between -5.7 and -0.7 m.
   EXPECT_TRUE(space.Empty(space.At({2, -3, 0})));
   EXPECT_TRUE(space.Empty(space.At({6, -3, 0})));
-  EXPECT_TRUE(space.Empty(space.At({4.7, -3, 0})));    // the door
+  EXPECT_TRUE(space.Empty(space.At({4.7, -3, 0})));     // the door
   EXPECT_FALSE(space.Empty(space.At({4.7, -1.5, 0})));  // the wall beside it
   EXPECT_TRUE(space.Empty(space.At({2.02, -2.2, 0})));  // the letter is no wall
   EXPECT_FALSE(space.Empty(space.At({0.2, -3, 0})));

@@ -1,5 +1,5 @@
-// Priors of furnished flats, against scans of them: what is aligned where, what is refuted, and what
-// planning makes of it.
+// Priors of furnished flats, against scans of them: what is aligned where, what is refuted, and
+// what planning makes of it.
 #include "core/site_prior/site_prior.h"
 
 #include <gmock/gmock.h>
@@ -43,7 +43,9 @@ sensor::ScannerModel Coarse() {
 class ScannedScene {
  public:
   explicit ScannedScene(simulation::Scene scene)
-      : scene_(std::move(scene)), tracer_(scene_.mesh), model_(model::PartialModel::Create({}).value()) {
+      : scene_(std::move(scene)),
+        tracer_(scene_.mesh),
+        model_(model::PartialModel::Create({}).value()) {
     view_ = model_->Publish();
   }
   void ScanFrom(const Eigen::Vector3d& place) {
@@ -52,8 +54,7 @@ class ScannedScene {
     sensor::Scan scan;
     scan.scanner = Coarse();
     scan.image = tracer_.Scan(scan.scanner, pose, simulation::ScanFaults{}, 1 + scans_, pool_);
-    ASSERT_TRUE(
-        model_->Insert("scan" + std::to_string(++scans_), scan, pose, pool_).ok());
+    ASSERT_TRUE(model_->Insert("scan" + std::to_string(++scans_), scan, pose, pool_).ok());
     view_ = model_->Publish();
   }
   const simulation::Scene& scene() const { return scene_; }
@@ -188,8 +189,7 @@ TEST(SitePriorTest, MakesNothingRegister) {
     for (int local = 0; local < model::Brick::kVoxels; ++local) {
       const model::VoxelIndex v = model::PlanningView::Global(at.brick, local);
       const model::VoxelState known = rooms.model().State(v);
-      const bool nothing =
-          known == model::VoxelState::kUnknown || model::IsFalseSurface(known);
+      const bool nothing = known == model::VoxelState::kUnknown || model::IsFalseSurface(known);
       if (nothing) {
         more += (*with)->view().State(v) != known ? 1 : 0;
       } else {
@@ -218,8 +218,9 @@ TEST(SitePriorTest, IsRefutedWhereAWallIsGone) {
   const auto first = static_cast<uint32_t>(mesh.vertices.size());
   const auto x = static_cast<float>(start.x() + 0.8);
   const auto y = static_cast<float>(start.y());
-  mesh.vertices.insert(mesh.vertices.end(),
-                       {{x, y - 0.5F, 0}, {x, y + 0.5F, 0}, {x, y + 0.5F, 2.4F}, {x, y - 0.5F, 2.4F}});
+  mesh.vertices.insert(
+      mesh.vertices.end(),
+      {{x, y - 0.5F, 0}, {x, y + 0.5F, 0}, {x, y + 0.5F, 2.4F}, {x, y - 0.5F, 2.4F}});
   mesh.triangles.push_back({first, first + 1, first + 2});
   mesh.triangles.push_back({first, first + 2, first + 3});
   const auto standing = JudgeAt(rooms.model(), mesh, {});

@@ -72,9 +72,8 @@ class SitePriorsTest : public testing::Test {
   static absl::StatusOr<v1::SetSitePriorResponse> Set(Session& session,
                                                       const v1::SetSitePriorRequest& request) {
     std::promise<absl::StatusOr<v1::SetSitePriorResponse>> answer;
-    session.site_priors().Set(request, nullptr, [&](auto response) {
-      answer.set_value(std::move(response));
-    });
+    session.site_priors().Set(request, nullptr,
+                              [&](auto response) { answer.set_value(std::move(response)); });
     return answer.get_future().get();
   }
   static absl::StatusOr<v1::GetSitePriorResponse> Get(Session& session) {
