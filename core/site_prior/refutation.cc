@@ -20,8 +20,9 @@ namespace {
 // So much of a brick has to be gone or new, m2, before what is around is dropped: less is the
 // border of something.
 constexpr double kLeastRefuted = 0.03;
-constexpr double kDroppedAround = 3;  // times the accuracy, and a brick at least
-constexpr float kFacesAlike = 0.5F;   // cosine
+constexpr double kDroppedAround = 3;   // times the accuracy, and a brick at least
+constexpr double kLeastNewWall = 1.0;  // m2 that may close a way
+constexpr float kFacesAlike = 0.5F;    // cosine
 constexpr size_t kBricksBetweenLooks = 256;
 
 bool IsMeasured(model::VoxelState state) {
@@ -94,6 +95,66 @@ BrickSet Dropped(const absl::flat_hash_map<model::BrickKey, double>& refuted, do
   return dropped;
 }
 
+// The bricks that hang together with where a scanner stood by space that `free(v)` says is free.
+template <typename Free>
+BrickSet ReachedFrom(const model::PlanningView& model, const model::PlanningView& space,
+                     Free&& free) {
+  constexpr int kLeastWay =
+      6;  // pairs of voxels of a face: a hand's breadth, the height of a brick
+  BrickSet reached;
+  std::vector<model::VoxelIndex> front;
+  const auto visit = [&](const model::VoxelIndex& brick) {
+    if (reached.insert(model::KeyOf(brick)).second) front.push_back(brick);
+  };
+  for (const model::Station& station : model.stations()) {
+    visit(model::Brick::Of(model.At(station.position)));
+  }
+  const model::VoxelIndex low = model::Brick::Of(space.bounds().min);
+  const model::VoxelIndex high = model::Brick::Of(space.bounds().max);
+  while (!front.empty()) {
+    const model::VoxelIndex brick = front.back();
+    front.pop_back();
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int way : {-1, 1}) {
+        model::VoxelIndex next = brick;
+        next[axis] += way;
+        if ((next.array() < low.array()).any() || (next.array() > high.array()).any()) continue;
+        if (reached.contains(model::KeyOf(next))) continue;
+        int pairs = 0;
+        for (int i = 0; i < model::Brick::kSide && pairs < kLeastWay; ++i) {
+          for (int k = 0; k < model::Brick::kSide && pairs < kLeastWay; ++k) {
+            model::VoxelIndex v = brick * model::Brick::kSide;
+            v[axis] += way > 0 ? model::Brick::kSide - 1 : 0;
+            v[(axis + 1) % 3] += i;
+            v[(axis + 2) % 3] += k;
+            model::VoxelIndex w = v;
+            w[axis] += way;
+            pairs += free(v) && free(w) ? 1 : 0;
+          }
+        }
+        if (pairs >= kLeastWay) visit(next);
+      }
+    }
+  }
+  return reached;
+}
+
+// Adds to `dropped` what new walls cut off: what hangs together with the stations by the prior
+// alone, and no more by what is known and, where nothing is, by the prior.
+void DropCutOff(const model::PlanningView& model, const model::PlanningView& space,
+                BrickSet& dropped) {
+  const BrickSet before =
+      ReachedFrom(model, space, [&](const model::VoxelIndex& v) { return space.Empty(v); });
+  const BrickSet after = ReachedFrom(model, space, [&](const model::VoxelIndex& v) {
+    const model::VoxelState known = model.State(v);
+    if (known == model::VoxelState::kEmpty) return true;
+    return !IsMeasured(known) && space.Empty(v);
+  });
+  for (const model::BrickKey key : before) {
+    if (!after.contains(key)) dropped.insert(key);
+  }
+}
+
 // A brick without surface that was measured already; the same where there is none.
 std::shared_ptr<const model::Brick> Unmeasured(const model::PlanningView& model,
                                                const Around& measured, const model::BrickAt& at) {
@@ -163,7 +224,8 @@ absl::StatusOr<Refutation> Refute(const model::PlanningView& model,
         added += face;
       });
   if (stopped) return absl::CancelledError("site prior");
-  const BrickSet dropped = Dropped(refuted, accuracy, voxel);
+  BrickSet dropped = Dropped(refuted, accuracy, voxel);
+  if (added >= kLeastNewWall) DropCutOff(model, space, dropped);
   std::vector<model::BrickAt> bricks;
   for (const model::BrickAt& at : space.bricks()) {
     if (dropped.contains(model::KeyOf(at.brick))) continue;

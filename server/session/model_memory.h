@@ -88,6 +88,7 @@ class ModelMemory {
   PreparedProblem& prepared() { return prepared_; }
   // What the session's prior of the site says of it.
   SitePriorUse& site_prior() { return site_prior_; }
+  const SitePriorUse& site_prior() const { return site_prior_; }
 
   // Loading that is under way is not counted as one that brought the server to its end.
   void GiveUp() { work_.EndAll(); }

@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/fleet/joint_plan_estimate.h"
+#include "core/planning/problem/planning_estimate.h"
 #include "core/sensor/presets.h"
 #include "server/contract/error.h"
 #include "server/conversion/check_request.h"
@@ -24,9 +25,21 @@ namespace {
 using PreparedOr = absl::StatusOr<std::shared_ptr<const planning::PlanningProblem>>;
 
 // Bytes that the plan will need at most.
-int64_t MemoryOf(const PlanInputs& inputs) {
-  return static_cast<int64_t>(
-      fleet::EstimateJointPlanMemory(*inputs.model.view, inputs.config, inputs.scanner_models));
+int64_t MemoryOf(const ModelMemory& model, const PlanInputs& inputs) {
+  const uint64_t known =
+      fleet::EstimateJointPlanMemory(*inputs.model.view, inputs.config, inputs.scanner_models);
+  // What a prior adds is known from its last use on; before that it is counted as the model is.
+  uint64_t expected = 0;
+  if (inputs.prior.has_value()) {
+    expected = known;
+    const auto use = model.site_prior().Last(*inputs.prior);
+    if (use != nullptr) {
+      expected = use->site == nullptr
+                     ? 0
+                     : planning::EstimatePlanningMemory(use->site->view(), inputs.config);
+    }
+  }
+  return static_cast<int64_t>(known + expected);
 }
 
 // The id of the scan that entered the model last; empty where the log has other scans in it than
@@ -313,14 +326,14 @@ PlanningTask TaskOf(ModelMemory& model, const PlanInputs& inputs) {
 }
 
 absl::Status ReserveMemory(const ModelMemory& model, PlanInputs& inputs) {
-  absl::StatusOr<MemoryAccount::Reservation> reservation = model.Reserve(MemoryOf(inputs));
+  absl::StatusOr<MemoryAccount::Reservation> reservation = model.Reserve(MemoryOf(model, inputs));
   if (!reservation.ok()) return reservation.status();
   inputs.memory = std::make_shared<MemoryAccount::Reservation>(*std::move(reservation));
   return absl::OkStatus();
 }
 
 bool ReserveSpareMemory(const ModelMemory& model, PlanInputs& inputs) {
-  std::optional<MemoryAccount::Reservation> reservation = model.ReserveSpare(MemoryOf(inputs));
+  std::optional<MemoryAccount::Reservation> reservation = model.ReserveSpare(MemoryOf(model, inputs));
   if (!reservation.has_value()) return false;
   inputs.memory = std::make_shared<MemoryAccount::Reservation>(*std::move(reservation));
   return true;

@@ -98,6 +98,12 @@ absl::StatusOr<std::shared_ptr<const site_prior::SitePrior>> SitePriorUse::Load(
   return prior;
 }
 
+std::shared_ptr<const SitePriorUse::Use> SitePriorUse::Last(
+    const SitePriorQuestion& question) const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return used_ == question.set ? use_ : nullptr;
+}
+
 absl::StatusOr<std::shared_ptr<const SitePriorUse::Use>> SitePriorUse::Of(
     const SitePriorQuestion& question, const std::shared_ptr<const model::PlanningView>& view,
     const parallel::Cancellation& cancelled) {

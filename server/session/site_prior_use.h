@@ -58,6 +58,9 @@ class SitePriorUse {
       const SitePriorQuestion& question, const std::shared_ptr<const model::PlanningView>& view,
       const parallel::Cancellation& cancelled);
 
+  // The last answer of that prior, of whatever model; null where there is none.
+  std::shared_ptr<const Use> Last(const SitePriorQuestion& question) const;
+
  private:
   absl::StatusOr<std::shared_ptr<const site_prior::SitePrior>> Load(
       const SitePriorQuestion& question);

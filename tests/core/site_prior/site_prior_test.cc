@@ -232,6 +232,36 @@ TEST(SitePriorTest, IsRefutedWhereAWallIsGone) {
   EXPECT_EQ(standing->space->State(rooms.model().At(wall)), model::VoxelState::kUnknown);
 }
 
+// The door between two rooms was closed by a wall since: nothing is expected behind it.
+TEST(SitePriorTest, IsRefutedBehindANewWall) {
+  simulation::Scene scene = simulation::TwoRooms(1);
+  const PriorMesh prior = MeshOf(scene);
+  ASSERT_FALSE(scene.doorways.empty());
+  const simulation::SceneDoorway& door = scene.doorways.front();
+  const auto first = static_cast<uint32_t>(scene.mesh.vertices.size());
+  const Eigen::Vector2d half = door.along * (door.width / 2 + 0.1);
+  for (const double z : {0.0, 2.4}) {
+    for (const double side : {-1.0, 1.0}) {
+      const Eigen::Vector2d p = door.middle + side * half;
+      scene.mesh.vertices.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()),
+                                       static_cast<float>(z));
+    }
+  }
+  scene.mesh.triangles.push_back({first, first + 1, first + 3});
+  scene.mesh.triangles.push_back({first, first + 3, first + 2});
+  scene.mesh.material.resize(scene.mesh.triangles.size(), simulation::Material::kMatte);
+  const Eigen::Vector3d there = scene.starts.back();
+  ScannedScene open(simulation::TwoRooms(1));
+  ScannedScene closed(scene);
+  for (ScannedScene* rooms : {&open, &closed}) rooms->ScanFrom(scene.starts.front());
+  const auto as_it_was = JudgeAt(open.model(), prior, {});
+  const auto walled = JudgeAt(closed.model(), prior, {});
+  ASSERT_TRUE(as_it_was.ok() && as_it_was->used());
+  ASSERT_TRUE(walled.ok() && walled->used()) << walled.status();
+  EXPECT_TRUE(as_it_was->space->Empty(open.model().At(there)));
+  EXPECT_FALSE(walled->space->Empty(closed.model().At(there))) << walled->message;
+}
+
 TEST(SitePriorTest, SaysThatTheUnitIsWrongByTheTwoPoints) {
   const auto metres = PlaceByPoints({{{{0, 0, 0}, {1, 1, 0}}, {{5000, 0, 0}, {1, 6, 0}}}});
   EXPECT_EQ(metres.status().code(), absl::StatusCode::kInvalidArgument);
