@@ -114,7 +114,7 @@ absl::StatusOr<PriorMesh> ParsePrior(absl::string_view bytes, const PriorReading
     vertex *= unit;
     if (reading.y_up != 0) vertex = Eigen::Vector3f(vertex.x(), -vertex.z(), vertex.y());
   }
-  mesh->unit = static_cast<double>(unit);
+  mesh->unit = reading.unit == 0 ? 1 : reading.unit;
   if (absl::Status fine = CheckPrior(*mesh); !fine.ok()) return fine;
   return mesh;
 }

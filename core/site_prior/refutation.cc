@@ -20,9 +20,8 @@ namespace {
 // So much of a brick has to be gone or new, m2, before what is around is dropped: less is the
 // border of something.
 constexpr double kLeastRefuted = 0.03;
-constexpr double kDroppedAround = 3;   // times the accuracy, and a brick at least
-constexpr double kLeastNewWall = 1.0;  // m2 that may close a way
-constexpr float kFacesAlike = 0.5F;    // cosine
+constexpr double kDroppedAround = 3;  // times the accuracy, and a brick at least
+constexpr float kFacesAlike = 0.5F;   // cosine
 constexpr size_t kBricksBetweenLooks = 256;
 
 bool IsMeasured(model::VoxelState state) {
@@ -225,7 +224,7 @@ absl::StatusOr<Refutation> Refute(const model::PlanningView& model,
       });
   if (stopped) return absl::CancelledError("site prior");
   BrickSet dropped = Dropped(refuted, accuracy, voxel);
-  if (added >= kLeastNewWall) DropCutOff(model, space, dropped);
+  DropCutOff(model, space, dropped);
   std::vector<model::BrickAt> bricks;
   for (const model::BrickAt& at : space.bricks()) {
     if (dropped.contains(model::KeyOf(at.brick))) continue;
