@@ -333,7 +333,8 @@ absl::Status ReserveMemory(const ModelMemory& model, PlanInputs& inputs) {
 }
 
 bool ReserveSpareMemory(const ModelMemory& model, PlanInputs& inputs) {
-  std::optional<MemoryAccount::Reservation> reservation = model.ReserveSpare(MemoryOf(model, inputs));
+  std::optional<MemoryAccount::Reservation> reservation =
+      model.ReserveSpare(MemoryOf(model, inputs));
   if (!reservation.has_value()) return false;
   inputs.memory = std::make_shared<MemoryAccount::Reservation>(*std::move(reservation));
   return true;
