@@ -136,6 +136,14 @@ int main(int argc, char** argv) {
   vantage::cli::AddRejectionList(rejection, environment);
   vantage::cli::AddRejectionDelete(rejection, environment);
 
+  CLI::App& prior = *app.add_subcommand(
+      "prior",
+      "What is known of the site before it is scanned, for plans to expect: set, show, clear");
+  prior.require_subcommand(1)->fallthrough();
+  vantage::cli::AddPriorSet(prior, environment);
+  vantage::cli::AddPriorShow(prior, environment);
+  vantage::cli::AddPriorClear(prior, environment);
+
   CLI::App& plans = *app.add_subcommand("plans", "Plans that were made: list, delete");
   plans.require_subcommand(1)->fallthrough();
   vantage::cli::AddPlansList(plans, environment);

@@ -82,6 +82,7 @@ struct SimulateArguments {
   // Of the scanner; absent: as of the preset, without one as of the default scanner.
   std::string preset;
   int late = 0;
+  std::string prior;  // of the site
   std::string setting;
   std::optional<double> step;     // degrees
   std::optional<double> preview;  // degrees
@@ -234,6 +235,9 @@ absl::StatusOr<simulated_job::JobOptions> OptionsFrom(const SimulateArguments& a
   if (arguments.preview) options.preview = sensor::Radians(*arguments.preview);
   options.seed = arguments.seed;
   options.late = arguments.late;
+  if (arguments.prior == "mesh") options.site_prior = simulated_job::ScenePriorKind::kTrue;
+  if (arguments.prior == "plan") options.site_prior = simulated_job::ScenePriorKind::kPlan;
+  if (arguments.prior == "wrong") options.site_prior = simulated_job::ScenePriorKind::kWrong;
   options.max_scans =
       arguments.scans.value_or(arguments.scanners ? kFleetScans : options.max_scans);
   options.scanner.name = "simulated";
@@ -656,6 +660,11 @@ void DefineSimulate(CLI::App& command, SimulateArguments& a) {
                   "Scans that are made before the data of one reach the server; their stations "
                   "are told at once [0]")
       ->check(CLI::Range(0, 100));
+  command
+      .add_option("--prior", a.prior,
+                  "A prior of the site, sent after the first scan: the scene's own mesh, its floor "
+                  "plan as a picture, or its mesh turned by half a turn; all roughly placed")
+      ->check(CLI::IsMember({"mesh", "plan", "wrong"}));
   command.add_option("--range", a.range, "Farthest range of the scanner, m [the preset's, 20]");
   command.add_option("--noise", a.noise, "Range noise, m, one sigma [the preset's, 0.003]");
   command.add_option("--positioning-error", a.job.scanner.positioning_error,

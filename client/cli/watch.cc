@@ -90,6 +90,11 @@ std::string Words(const v1::SessionEvent& event) {
     case v1::SessionEvent::kScannerDeleted:
       return absl::StrCat("scanner ", client::IdOf(event.scanner_deleted().scanner().name()),
                           " taken out");
+    case v1::SessionEvent::kSitePriorSet:
+      return absl::StrCat("prior of the site set: ",
+                          event.site_prior_set().site_prior().display_name());
+    case v1::SessionEvent::kSitePriorCleared:
+      return "prior of the site taken out";
     case v1::SessionEvent::kPlanDeleted:
       return absl::StrCat("plan ", client::IdOf(event.plan_deleted().plan()), " deleted");
     case v1::SessionEvent::kClaimTaken: {

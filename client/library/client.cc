@@ -163,6 +163,18 @@ absl::StatusOr<v1::GetPoseGraphResponse> Client::Call(v1::GetPoseGraphRequest re
   return CallUnary(*wire_->model, &v1::ModelService::Stub::GetPoseGraph, *wire_,
                    std::move(request));
 }
+absl::StatusOr<v1::SetSitePriorResponse> Client::Call(v1::SetSitePriorRequest request) {
+  return CallUnary(*wire_->model, &v1::ModelService::Stub::SetSitePrior, *wire_,
+                   std::move(request));
+}
+absl::StatusOr<v1::GetSitePriorResponse> Client::Call(v1::GetSitePriorRequest request) {
+  return CallUnary(*wire_->model, &v1::ModelService::Stub::GetSitePrior, *wire_,
+                   std::move(request));
+}
+absl::StatusOr<v1::ClearSitePriorResponse> Client::Call(v1::ClearSitePriorRequest request) {
+  return CallUnary(*wire_->model, &v1::ModelService::Stub::ClearSitePrior, *wire_,
+                   std::move(request));
+}
 
 absl::StatusOr<v1::CreateScannerResponse> Client::Call(v1::CreateScannerRequest request) {
   return CallUnary(*wire_->fleet, &v1::FleetService::Stub::CreateScanner, *wire_,

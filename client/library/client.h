@@ -87,6 +87,9 @@ class Client {
   absl::StatusOr<v1::DeleteRejectionResponse> Call(v1::DeleteRejectionRequest request);
   absl::StatusOr<v1::GetCoverageResponse> Call(v1::GetCoverageRequest request);
   absl::StatusOr<v1::GetPoseGraphResponse> Call(v1::GetPoseGraphRequest request);
+  absl::StatusOr<v1::SetSitePriorResponse> Call(v1::SetSitePriorRequest request);
+  absl::StatusOr<v1::GetSitePriorResponse> Call(v1::GetSitePriorRequest request);
+  absl::StatusOr<v1::ClearSitePriorResponse> Call(v1::ClearSitePriorRequest request);
   absl::StatusOr<v1::CreateScannerResponse> Call(v1::CreateScannerRequest request);
   absl::StatusOr<v1::GetScannerResponse> Call(v1::GetScannerRequest request);
   absl::StatusOr<v1::ListScannersResponse> Call(v1::ListScannersRequest request);

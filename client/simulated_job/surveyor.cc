@@ -167,6 +167,9 @@ absl::StatusOr<MadeScan> Surveyor::Make(const Placement& placement, int number,
     T_world_scan = client::FromProto(made.scan.pose());
     T_scene_world_ = placement.T_scene_scan * T_world_scan.inverse();
     made.planned = T_world_scan.translation();
+    if (options_.site_prior.has_value()) {
+      if (absl::Status sent = SendSitePrior(); !sent.ok()) return sent;
+    }
   } else if (!made.merged) {
     if (absl::Status again = AlignAgain(placement, made); !again.ok()) return again;
   }
@@ -179,7 +182,22 @@ absl::StatusOr<MadeScan> Surveyor::Make(const Placement& placement, int number,
   const Isometry3d off = T_world_scan.inverse() * client::FromProto(made.scan.pose());
   made.off_metres = off.translation().norm();
   stations_.push_back(client::FromProto(made.scan.pose()).translation());
+  if (options_.site_prior.has_value()) {
+    v1::GetSitePriorRequest request;
+    request.set_parent(session_);
+    const auto standing = client_.Call(request);
+    if (!standing.ok()) return standing.status();
+    made.notes.push_back(standing->standing().message());
+  }
   return made;
+}
+
+absl::Status Surveyor::SendSitePrior() {
+  auto request =
+      SitePriorRequestOf(site_, *options_.site_prior, T_scene_world_.inverse(), options_.seed);
+  if (!request.ok()) return request.status();
+  request->set_parent(session_);
+  return client_.Call(*std::move(request)).status();
 }
 
 absl::Status Surveyor::Reject(const Vector3d& place, double radius, const std::string& reason) {

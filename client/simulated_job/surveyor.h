@@ -14,6 +14,7 @@
 #include "absl/status/statusor.h"
 #include "client/library/client.h"
 #include "client/simulated_job/placement.h"
+#include "client/simulated_job/scene_prior.h"
 #include "client/simulated_job/site.h"
 #include "core/parallel/parallel.h"
 #include "core/sensor/scanner_model.h"
@@ -53,7 +54,9 @@ struct JobOptions {
   // are.
   uint64_t last_plan_work = 0;
   bool heed_termination = true;  // false: goes on as long as there are views
-  double enough = 2;             // ends at this share of what is attainable at density; 2: never
+  // Of the site, sent after the first scan; its verdicts are among the notes. Nothing: none.
+  std::optional<ScenePriorKind> site_prior;
+  double enough = 2;  // ends at this share of what is attainable at density; 2: never
   // Scans that are made before the data of one reach the server, which hears of its station at
   // once; 0: none, each is sent when it is made. The first never waits: it says where the world is.
   int late = 0;
@@ -136,6 +139,7 @@ class Surveyor {
   absl::Status Push(const Placement& placement, const std::string& by, MadeScan& made);
   absl::Status AlignAgain(const Placement& placement, MadeScan& made);
   absl::Status GiveUpOn(MadeScan& made);
+  absl::Status SendSitePrior();
   absl::Status Reject(const Eigen::Vector3d& place, double radius, const std::string& reason);
 
   client::Client& client_;

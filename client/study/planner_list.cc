@@ -34,6 +34,16 @@ std::vector<StudyPlanner> MakePlanners() {
   budget("ours-complete", 600, "the same with every view scored exactly");
   all.push_back(Ours("ours-known", "standing only where floor, way and clearance are known"));
   all.back().overrides.set_station_basis(v1::STATION_BASIS_KNOWN);
+  const auto prior = [&](const char* name, simulated_job::ScenePriorKind kind, const char* words) {
+    all.push_back(Ours(name, words));
+    all.back().site_prior = kind;
+  };
+  prior("ours-prior", simulated_job::ScenePriorKind::kTrue,
+        "with the scene's mesh as a prior, 1.5 % too large and roughly placed");
+  prior("ours-prior-plan", simulated_job::ScenePriorKind::kPlan,
+        "with its floor plan as a picture, roughly placed: walls without furniture");
+  prior("ours-prior-wrong", simulated_job::ScenePriorKind::kWrong,
+        "with its mesh turned by half a turn as a prior");
   all.push_back(Ours("ours-overlap", "the best view with enough overlap, whatever its shape"));
   all.back().choice = simulated_job::ViewChoice::kOverlap;
   all.push_back(Ours("ours-unchecked", "the best view, whether it will register or not"));

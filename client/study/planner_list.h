@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "client/simulated_job/scene_prior.h"
 #include "client/simulated_job/simulated_job.h"
 #include "vantage/v1/planning_config.pb.h"
 
@@ -25,6 +26,7 @@ struct StudyPlanner {
   double plan_seconds = 1.0;     // of one core
   v1::PlanningConfig overrides;  // of the default configuration
   simulated_job::ViewChoice choice = simulated_job::ViewChoice::kRegistrable;
+  std::optional<simulated_job::ScenePriorKind> site_prior;  // set after the first scan
   bool asked_about_best = false;  // after every scan: its answer about the truly best position
 };
 

@@ -73,8 +73,9 @@ absl::Status RunOurs(const StudyScene& scene, const StudyPlanner& planner, uint6
   client::Client client(connection);
   simulated_job::Site site = scene.site();
   site.start = scene.StartFor(seed);
-  simulated_job::SimulatedJob job(client, site, OptionsFor(scene, planner, seed), scene.scanner(),
-                                  scene.truth(), parallel);
+  simulated_job::JobOptions options = OptionsFor(scene, planner, seed);
+  options.site_prior = planner.site_prior;
+  simulated_job::SimulatedJob job(client, site, options, scene.scanner(), scene.truth(), parallel);
   ScanMade next;  // notes on the next scan, made when it is planned
   const auto result = job.Run([&](const simulated_job::Cycle& cycle) -> absl::Status {
     ScanMade made = next;

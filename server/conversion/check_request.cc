@@ -516,6 +516,59 @@ absl::Status CheckRequest(const v1::AbortUploadRequest& request) {
   return CheckRequestIdAlone(request.request_id());
 }
 
+absl::Status CheckRequest(const v1::ClearSitePriorRequest& request) {
+  return CheckRequestIdAlone(request.request_id());
+}
+
+absl::Status CheckRequest(const v1::SetSitePriorRequest& request) {
+  constexpr size_t kMostSent = size_t{3} << 20;
+  constexpr int64_t kMostUnfolded = int64_t{64} << 20;
+  contract::Violations violations;
+  CheckRequestId(request.request_id(), violations);
+  const v1::SitePrior& prior = request.site_prior();
+  if (prior.source_session().empty() == request.file().empty()) {
+    violations.Add("file", "is required, or site_prior.source_session, and not both");
+  }
+  if (request.file().size() > kMostSent) {
+    violations.Add("file", absl::StrCat("is ", request.file().size(), " bytes, at most ", kMostSent,
+                                        " are taken: compress it, or simplify the mesh"));
+  }
+  if (request.compression() == v1::COMPRESSION_ZSTD &&
+      !(request.uncompressed_size_bytes() > 0 &&
+        request.uncompressed_size_bytes() <= kMostUnfolded)) {
+    violations.Add("uncompressed_size_bytes",
+                   absl::StrCat("is ", request.uncompressed_size_bytes(), ", must be in [1, ",
+                                kMostUnfolded, "]"));
+  }
+  CheckSitePrior(prior, "site_prior", violations);
+  return violations.ToStatus();
+}
+
+void CheckSitePrior(const v1::SitePrior& prior, const std::string& field,
+                    contract::Violations& violations) {
+  constexpr size_t kMostName = 128;
+  CheckText(prior.display_name(), kMostName, field + ".display_name", violations);
+  const auto number = [&](double value, double least, double most, const char* name) {
+    if (value == 0 || (value >= least && value <= most)) return;
+    violations.Add(absl::StrCat(field, ".", name),
+                   absl::StrCat("is ", value, ", must be in [", least, ", ", most, "]"));
+  };
+  number(prior.unit_m(), 1e-6, 1000, "unit_m");
+  number(prior.wall_height_m(), 0.5001, 50, "wall_height_m");
+  number(prior.darkest(), 0.001, 0.999, "darkest");
+  number(prior.scale(), 0.1, 10, "scale");
+  number(prior.accuracy_m(), 0.001, 1, "accuracy_m");
+  if (prior.points_size() != 2) {
+    violations.Add(field + ".points",
+                   absl::StrCat("has ", prior.points_size(), ", two are needed"));
+  }
+  for (int i = 0; i < prior.points_size() && i < 2; ++i) {
+    const std::string point = absl::StrCat(field, ".points[", i, "]");
+    ReadVector(prior.points(i).prior(), point + ".prior", violations);
+    ReadVector(prior.points(i).site(), point + ".site", violations);
+  }
+}
+
 absl::Status CheckRequest(const v1::DeleteRejectionRequest& request) {
   return CheckRequestIdAlone(request.request_id());
 }

@@ -5,9 +5,12 @@
 #ifndef VANTAGE_SERVER_CONVERSION_CHECK_REQUEST_H_
 #define VANTAGE_SERVER_CONVERSION_CHECK_REQUEST_H_
 
+#include <string>
+
 #include "absl/status/status.h"
 #include "absl/time/time.h"
 #include "google/protobuf/duration.pb.h"
+#include "server/contract/error.h"
 #include "server/contract/limits.h"
 #include "vantage/v1/fleet_service.pb.h"
 #include "vantage/v1/model_service.pb.h"
@@ -48,6 +51,10 @@ absl::Status CheckRequest(const v1::ExportModelRequest& request);
 // But for the language: who writes the report knows which there are.
 absl::Status CheckRequest(const v1::ExportReportRequest& request);
 
+// What is in the file is told when it is read.
+absl::Status CheckRequest(const v1::SetSitePriorRequest& request);
+absl::Status CheckRequest(const v1::ClearSitePriorRequest& request);
+
 absl::Status CheckRequest(const v1::CreateScannerRequest& request);
 // The mask and the fields that it names; the model is checked where the session is known.
 absl::Status CheckRequest(const v1::UpdateScannerRequest& request);
@@ -57,6 +64,10 @@ absl::Status CheckRequest(const v1::RenewClaimRequest& request);
 absl::Status CheckRequest(const v1::ReleaseClaimRequest& request);
 absl::Status CheckRequest(const v1::CreateStationRequest& request);
 absl::Status CheckRequest(const v1::DeleteStationRequest& request);
+
+// The fields of a prior of the site that a client sets; of one that is logged, too.
+void CheckSitePrior(const v1::SitePrior& prior, const std::string& field,
+                    contract::Violations& violations);
 
 // The fields of a new session that a client sets, completed by their defaults; fields that the
 // server sets are left out.

@@ -458,6 +458,7 @@ v1::RankedView WriteView(const planning::RankedView& view, std::span<const plann
   }
   if (view.expected.has_value()) {
     v1::ExpectedStation& expected = *out.mutable_expected_station();
+    expected.set_by_site_prior(view.expected->by_site_prior);
     if (view.expected->doorway.has_value()) {
       *expected.mutable_doorway() = WriteVector(*view.expected->doorway + origin);
     }

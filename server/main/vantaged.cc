@@ -22,6 +22,7 @@
 #include "absl/time/time.h"
 #include "core/confinement/reader.h"
 #include "core/sensor/confined_scan_file.h"
+#include "core/site_prior/confined_prior.h"
 #include "server/auth/callers.h"
 #include "server/main/environment.h"
 #include "server/main/field_command.h"
@@ -598,7 +599,8 @@ int Main(int argc, char** argv) {
 }  // namespace vantage::server
 
 int main(int argc, char** argv) {
-  vantage::confinement::RunIfReader(argc, argv, {vantage::sensor::ScanFileReader()});
+  vantage::confinement::RunIfReader(
+      argc, argv, {vantage::sensor::ScanFileReader(), vantage::site_prior::SitePriorReader()});
   const int code = vantage::server::Main(argc, argv);
 #ifndef VANTAGE_SANITIZED
   // Without static destructors, which threads of gRPC 1.51 may still meet: they go on after the

@@ -133,6 +133,9 @@ class ModelServiceImpl final : public v1::ModelService::CallbackService {
   explicit ModelServiceImpl(const RpcDependencies& dependencies) : dependencies_(dependencies) {}
   VANTAGE_UNARY(GetCoverage)
   VANTAGE_UNARY(GetPoseGraph)
+  VANTAGE_UNARY(SetSitePrior)
+  VANTAGE_UNARY(GetSitePrior)
+  VANTAGE_UNARY(ClearSitePrior)
   VANTAGE_STREAM(ExportModel)
   VANTAGE_STREAM(ExportReport)
 

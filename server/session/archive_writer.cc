@@ -44,6 +44,10 @@ ArchiveWriter::ArchiveWriter(Session& session) : session_(session) {
         }
       }
     }
+    if (!state.site_prior_blob.empty()) {
+      blobs_.push_back({state.site_prior_blob, storage::v1::ARCHIVE_BLOB_KIND_SITE_PRIOR,
+                        state.site_prior.name(), true});
+    }
     for (const std::string& name : state.plan_order) {
       const std::string& blob = state.plans.at(name).blob;
       if (std::find(kept.begin(), kept.end(), blob) != kept.end()) {

@@ -79,6 +79,11 @@ class Check {
       case v1::SessionEvent::kPlanDeleted:
         Name(event.plan_deleted().plan(), "plans", "plan");
         break;
+      case v1::SessionEvent::kSitePriorSet:
+        conversion::CheckSitePrior(event.site_prior_set().site_prior(), "site_prior", violations_);
+        break;
+      case v1::SessionEvent::kSitePriorCleared:
+        break;
       case v1::SessionEvent::kViewRejected:
         Rejection(event.view_rejected().rejection());
         break;

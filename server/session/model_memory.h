@@ -25,6 +25,7 @@
 #include "server/session/memory_account.h"
 #include "server/session/prepared_problem.h"
 #include "server/session/session_context.h"
+#include "server/session/site_prior_use.h"
 #include "server/session/stored_snapshots.h"
 #include "vantage/v1/scan.pb.h"
 
@@ -85,6 +86,9 @@ class ModelMemory {
   const model::ModelConfig& config() const { return config_; }
   // Of the model as it is; goes with it.
   PreparedProblem& prepared() { return prepared_; }
+  // What the session's prior of the site says of it.
+  SitePriorUse& site_prior() { return site_prior_; }
+  const SitePriorUse& site_prior() const { return site_prior_; }
 
   // Loading that is under way is not counted as one that brought the server to its end.
   void GiveUp() { work_.EndAll(); }
@@ -176,6 +180,7 @@ class ModelMemory {
   size_t unsaved_changes_ = 0;  // scans added or removed since the last snapshot
 
   PreparedProblem prepared_;
+  SitePriorUse site_prior_;
   mutable std::mutex mutex_;
   ModelSnapshot current_ ABSL_GUARDED_BY(mutex_);
   // Scans that the log has in the model and that could not be put back: it is not shown then.

@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/fleet/joint_plan_estimate.h"
+#include "core/planning/problem/planning_estimate.h"
 #include "core/sensor/presets.h"
 #include "server/contract/error.h"
 #include "server/conversion/check_request.h"
@@ -21,10 +22,24 @@
 namespace vantage::session {
 namespace {
 
+using PreparedOr = absl::StatusOr<std::shared_ptr<const planning::PlanningProblem>>;
+
 // Bytes that the plan will need at most.
-int64_t MemoryOf(const PlanInputs& inputs) {
-  return static_cast<int64_t>(
-      fleet::EstimateJointPlanMemory(*inputs.model.view, inputs.config, inputs.scanner_models));
+int64_t MemoryOf(const ModelMemory& model, const PlanInputs& inputs) {
+  const uint64_t known =
+      fleet::EstimateJointPlanMemory(*inputs.model.view, inputs.config, inputs.scanner_models);
+  // What a prior adds is known from its last use on; before that it is counted as the model is.
+  uint64_t expected = 0;
+  if (inputs.prior.has_value()) {
+    expected = known;
+    const auto use = model.site_prior().Last(*inputs.prior);
+    if (use != nullptr) {
+      expected = use->site == nullptr
+                     ? 0
+                     : planning::EstimatePlanningMemory(use->site->view(), inputs.config);
+    }
+  }
+  return static_cast<int64_t>(known + expected);
 }
 
 // The id of the scan that entered the model last; empty where the log has other scans in it than
@@ -121,8 +136,20 @@ absl::StatusOr<PlanInputs> ReadPlanInputs(SessionContext& context, ModelMemory& 
   inputs.scanner_id = scanner.id();
   inputs.preset = scanner.preset();
   inputs.setting = scanner.setting();
+  bool any_in_model = false;
+  context.journal().Read([&](const SessionState& state) {
+    inputs.prior = SitePriorOf(state, context.origin(), context.dependencies().store);
+    any_in_model = state.AnyInModel();
+  });
+  if (inputs.prior.has_value()) absl::StrAppend(&inputs.read_from, "prior ", inputs.prior->set);
   inputs.model = model.Current();
-  if (inputs.model.view == nullptr) return model.WhyNone();
+  if (inputs.model.view == nullptr) {
+    // Before the first scan a prior of the site is all that there is.
+    if (!inputs.prior.has_value() || any_in_model) return model.WhyNone();
+    inputs.model.view = std::make_shared<model::PlanningView>(
+        voxel_size, 0, std::vector<model::BrickAt>(), std::vector<model::Station>());
+    return inputs;
+  }
   inputs.last_scan = LastScanOf(context, inputs.model);
   model.Touch();
   return inputs;
@@ -285,20 +312,29 @@ ProblemQuestion QuestionOf(const PlanInputs& inputs) {
 
 PlanningTask TaskOf(ModelMemory& model, const PlanInputs& inputs) {
   return {*inputs.model.view, inputs.scanner, inputs.config,
-          [&model, &inputs](parallel::Parallel& parallel, const parallel::Cancellation& cancelled) {
-            return model.prepared().Of(QuestionOf(inputs), inputs.memory, parallel, cancelled);
+          [&model, &inputs](parallel::Parallel& parallel,
+                            const parallel::Cancellation& cancelled) -> PreparedOr {
+            ProblemQuestion question = QuestionOf(inputs);
+            if (inputs.prior.has_value()) {
+              const auto use = model.site_prior().Of(*inputs.prior, inputs.model.view, cancelled);
+              if (absl::IsCancelled(use.status())) return use.status();
+              // A prior that cannot be used is told of by GetSitePrior; the plan goes without it.
+              if (use.ok()) question.site = (*use)->site;
+            }
+            return model.prepared().Of(question, inputs.memory, parallel, cancelled);
           }};
 }
 
 absl::Status ReserveMemory(const ModelMemory& model, PlanInputs& inputs) {
-  absl::StatusOr<MemoryAccount::Reservation> reservation = model.Reserve(MemoryOf(inputs));
+  absl::StatusOr<MemoryAccount::Reservation> reservation = model.Reserve(MemoryOf(model, inputs));
   if (!reservation.ok()) return reservation.status();
   inputs.memory = std::make_shared<MemoryAccount::Reservation>(*std::move(reservation));
   return absl::OkStatus();
 }
 
 bool ReserveSpareMemory(const ModelMemory& model, PlanInputs& inputs) {
-  std::optional<MemoryAccount::Reservation> reservation = model.ReserveSpare(MemoryOf(inputs));
+  std::optional<MemoryAccount::Reservation> reservation =
+      model.ReserveSpare(MemoryOf(model, inputs));
   if (!reservation.has_value()) return false;
   inputs.memory = std::make_shared<MemoryAccount::Reservation>(*std::move(reservation));
   return true;

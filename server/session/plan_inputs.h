@@ -3,6 +3,7 @@
 #define VANTAGE_SERVER_SESSION_PLAN_INPUTS_H_
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,7 @@
 #include "server/session/memory_account.h"
 #include "server/session/model_memory.h"
 #include "server/session/session_context.h"
+#include "server/session/site_prior_use.h"
 #include "vantage/v1/plan_service.pb.h"
 
 namespace vantage::session {
@@ -26,7 +28,8 @@ struct PlanInputs {
   std::string last_scan;       // id of the scan that was made at the last station
   v1::PlanningConfig written;  // the complete configuration
   planning::PlanningConfig config;
-  std::string read_from;  // all that `config` was read from, but its seed
+  std::string read_from;                   // all that `config` was read from, but its seed
+  std::optional<SitePriorQuestion> prior;  // of the site; nothing where the session has none
   sensor::ScannerModel scanner;
   std::string scanner_id;
   std::string preset;   // of the scanner; empty: none

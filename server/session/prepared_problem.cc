@@ -28,9 +28,10 @@ absl::StatusOr<std::shared_ptr<const planning::PlanningProblem>> PreparedProblem
   const std::optional<Held> last = Last(forgotten);
   const bool same_view = last.has_value() && last->view == question.view;
   if (same_view && last->question == told) return last->problem;
-  auto made = planning::PlanningProblem::Prepare({*question.view, question.scanner, question.config,
-                                                  same_view ? last->problem.get() : nullptr},
-                                                 parallel, cancelled);
+  auto made =
+      planning::PlanningProblem::Prepare({*question.view, question.scanner, question.config,
+                                          same_view ? last->problem.get() : nullptr, question.site},
+                                         parallel, cancelled);
   if (!made.ok()) return made.status();
   std::optional<Held> before = Held{question.view, told, *made, std::move(memory)};
   {

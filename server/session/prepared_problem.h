@@ -27,6 +27,9 @@ struct ProblemQuestion {
   sensor::ScannerModel scanner;
   planning::PlanningConfig config;
   std::string written;  // all that `config` was read from, but its seed: tells configurations apart
+  // What a prior of the site shows of this view; null where none is used. `written` tells priors
+  // apart.
+  std::shared_ptr<const planning::ExpectedSite> site = nullptr;
 
   // The question but for its view: different for any two that differ.
   std::string Told() const;

@@ -38,7 +38,8 @@ Session::Session(const std::string& id, std::unique_ptr<Journal> log,
       plans_(*this, model_, claims_, preparation_),
       tours_(*this, model_, preparation_),
       scanners_(*this),
-      rejections_(*this) {}
+      rejections_(*this),
+      site_priors_(*this, model_, preparation_) {}
 
 absl::StatusOr<std::shared_ptr<Session>> Session::Make(const std::string& id,
                                                        std::unique_ptr<Journal> log,
@@ -132,6 +133,7 @@ void Session::AddReferences(std::map<std::string, int>& blobs,
       if (!record.preview_blob.empty()) ++blobs[record.preview_blob];
     }
   });
+  for (const std::string& blob : site_priors_.Blobs()) ++blobs[blob];
   for (const store::SnapshotRecord& snapshot : snapshots_.List()) ++blobs[snapshot.blob];
   for (const std::string& blob : plans_.Blobs()) ++blobs[blob];
   for (const std::string& upload : uploads_.Names()) spools.insert(upload);
@@ -280,6 +282,7 @@ void Session::Close() {
       if (!record.preview_blob.empty()) blobs.push_back(record.preview_blob);
     }
   });
+  for (const std::string& blob : site_priors_.Blobs()) blobs.push_back(blob);
   for (std::string& blob : snapshots_.TakeBlobs()) blobs.push_back(std::move(blob));
   // Blobs that cannot be released now are removed by the store's own collection.
   for (const std::string& blob : blobs) dependencies().store.ReleaseBlob(blob).IgnoreError();

@@ -30,6 +30,7 @@
 #include "server/session/scanners.h"
 #include "server/session/scans.h"
 #include "server/session/session_context.h"
+#include "server/session/site_priors.h"
 #include "server/session/stations.h"
 #include "server/session/stored_snapshots.h"
 #include "server/session/tenant_account.h"
@@ -79,6 +80,7 @@ class Session final : public SessionContext {
   Stations& stations() { return stations_; }
   Scanners& scanners() { return scanners_; }
   Rejections& rejections() { return rejections_; }
+  SitePriors& site_priors() { return site_priors_; }
   const PoseAdjuster& adjuster() const { return adjuster_; }
   ModelMemory& model() { return model_; }
   const Preparation& preparation() const { return preparation_; }
@@ -130,6 +132,7 @@ class Session final : public SessionContext {
   Tours tours_;
   Scanners scanners_;
   Rejections rejections_;
+  SitePriors site_priors_;
 };
 
 }  // namespace vantage::session

@@ -9,6 +9,7 @@
 #include "server/conversion/to_proto.h"
 #include "server/session/imported_entry.h"
 #include "server/session/renaming.h"
+#include "server/session/site_prior_use.h"
 #include "server/store/upgrade.h"
 
 namespace vantage::session {
@@ -111,7 +112,7 @@ absl::Status SessionImport::BeginBlob(const storage::v1::ArchiveBlob& blob) {
   }
   ++blobs_begun_;
   // A scan may have a preview beside it.
-  if (blobs_begun_ > 2 * limits.scans_per_session + limits.full_plans_per_session) {
+  if (blobs_begun_ > 2 * limits.scans_per_session + limits.full_plans_per_session + 1) {
     return ArchiveDamaged("it has more scans than a session may");
   }
   switch (blob.kind()) {
@@ -127,6 +128,7 @@ absl::Status SessionImport::BeginBlob(const storage::v1::ArchiveBlob& blob) {
                                        dependencies_.seen->Now());
       break;
     }
+    case storage::v1::ARCHIVE_BLOB_KIND_SITE_PRIOR:
     case storage::v1::ARCHIVE_BLOB_KIND_PLAN:
       if (blob.size_bytes() > kMaxPlanBytes) return ArchiveDamaged("a plan that is too large");
       if (absl::Status room = account_.Reserve(blob.size_bytes()); !room.ok()) return room;
@@ -150,7 +152,8 @@ absl::Status SessionImport::AddChunk(const storage::v1::ArchiveChunk& chunk) {
   const bool last = blob_bytes_ == blob_->size_bytes();
   if (scan_ == nullptr) {
     plan_ += *bytes;
-    return last ? EndPlan() : absl::OkStatus();
+    if (!last) return absl::OkStatus();
+    return blob_->kind() == storage::v1::ARCHIVE_BLOB_KIND_SITE_PRIOR ? EndSitePrior() : EndPlan();
   }
   v1::Piece piece;
   piece.set_sequence(chunks_++);
@@ -177,6 +180,20 @@ absl::Status SessionImport::EndScan() {
   stored_.emplace(content->sha256, content->sha256);
   scan_->End(v1::UPLOAD_STATE_COMMITTED, "", "");
   scan_.reset();
+  blob_.reset();
+  return absl::OkStatus();
+}
+
+absl::Status SessionImport::EndSitePrior() {
+  if (bytes::Sha256::Of(plan_) != blob_->sha256()) {
+    return ArchiveDamaged("a prior of the site whose SHA-256 is not the one that it states");
+  }
+  if (const auto read = ReadPriorBlob(plan_); !read.ok()) {
+    return ArchiveDamaged(read.status().message());
+  }
+  const absl::StatusOr<std::string> kept = dependencies_.store.PutBlob(plan_);
+  if (!kept.ok()) return kept.status();
+  stored_.emplace(blob_->sha256(), *kept);
   blob_.reset();
   return absl::OkStatus();
 }
@@ -262,6 +279,9 @@ absl::Status SessionImport::End() {
     if (!record.blob.empty() && !use(record.blob)) {
       return ArchiveDamaged(absl::StrCat("it lacks the details of ", name));
     }
+  }
+  if (!state_.site_prior_blob.empty() && !use(state_.site_prior_blob)) {
+    return ArchiveDamaged("it lacks its prior of the site");
   }
   if (!unused.empty()) return ArchiveDamaged("it has data that its log does not name");
   if (state_.scans.size() > dependencies_.limits.scans_per_session) {

@@ -62,6 +62,7 @@ class SessionImport {
   absl::Status AddChunk(const storage::v1::ArchiveChunk& chunk);
   absl::Status EndScan();
   absl::Status EndPlan();
+  absl::Status EndSitePrior();
   absl::Status AddEntry(storage::v1::LogEntry& entry);
   absl::Status End();
   std::string LogSpool() const;

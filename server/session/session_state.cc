@@ -247,6 +247,18 @@ absl::Status SessionState::Apply(const storage::v1::LogEntry& entry) {
       }
       std::erase(plan_order, resource);
       break;
+    case v1::SessionEvent::kSitePriorSet:
+      site_prior = event.site_prior_set().site_prior();
+      site_prior_blob = entry.blob();
+      site_prior_set = event.sequence();
+      resource = site_prior.name();
+      break;
+    case v1::SessionEvent::kSitePriorCleared:
+      resource = event.site_prior_cleared().site_prior().name();
+      site_prior.Clear();
+      site_prior_blob.clear();
+      site_prior_set = 0;
+      break;
     case v1::SessionEvent::kViewRejected:
       std::erase_if(rejections, [&](const v1::Rejection& rejection) {
         return rejection.has_expire_time() && Before(rejection.expire_time(), event.time());

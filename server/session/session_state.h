@@ -22,6 +22,7 @@
 #include "vantage/v1/pose_graph.pb.h"
 #include "vantage/v1/scan.pb.h"
 #include "vantage/v1/session.pb.h"
+#include "vantage/v1/site_prior.pb.h"
 #include "vantage/v1/upload.pb.h"
 
 namespace vantage::session {
@@ -83,6 +84,9 @@ struct SessionState {
   std::map<std::string, FileRecord> files;  // of those, by name: all of which was here
   std::map<std::string, PlanRecord> plans;
   std::vector<std::string> plan_order;    // of those, oldest first
+  v1::SitePrior site_prior;               // without a name where there is none
+  std::string site_prior_blob;            // SHA-256 of its triangles
+  uint64_t site_prior_set = 0;            // of the entry that set it
   std::vector<v1::Rejection> rejections;  // without those that had expired when the last was made
   std::map<std::string, v1::Scanner> scanners;  // the fleet
   std::vector<std::string> scanner_order;       // by creation, with those that were deleted

@@ -247,6 +247,8 @@ void UpgradeEvent(v1::SessionEvent& event) {
     case v1::SessionEvent::kScannerDeleted:
     case v1::SessionEvent::kPlanDeleted:
     case v1::SessionEvent::kPosesAdjusted:
+    case v1::SessionEvent::kSitePriorSet:
+    case v1::SessionEvent::kSitePriorCleared:
     case v1::SessionEvent::kEventsLeftOut:
     case v1::SessionEvent::EVENT_NOT_SET:
       return;  // none of their fields has another type

@@ -89,6 +89,48 @@ void ExpectReportAndPicture(const ServerProcess& server, const ScratchFolder& fo
   EXPECT_THAT(attic.error, HasSubstr("those that are known: 0"));
 }
 
+// The same job with the flat's floor plan as a picture, and without.
+TEST(SimulatedJob, GoesByTheFloorPlanOfTheFlat) {
+  ServerProcess server;
+  ASSERT_FALSE(server.address().empty());
+  const auto run = [&](const std::string& session, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {
+        "simulate", "--scene",   "flat", "--seed", "3",       "--scans",   "5",    "--step",
+        "0.5",      "--density", "600",  "--work", "4000000", "--session", session};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return Vantage(server, arguments);
+  };
+  const Finished with = run("with", {"--prior", "plan"});
+  ASSERT_EQ(with.exit_code, 0) << with.out << with.error;
+  const Finished without = run("without", {});
+  ASSERT_EQ(without.exit_code, 0) << without.out << without.error;
+  const Finished shown = Vantage(server, {"prior", "show", "with"});
+  ASSERT_EQ(shown.exit_code, 0) << shown.error;
+  EXPECT_THAT(shown.out, HasSubstr("plan.png"));
+  EXPECT_THAT(shown.out, HasSubstr("the prior is aligned"));
+  EXPECT_EQ(Vantage(server, {"prior", "show", "without"}).exit_code, 3);
+  const std::vector<JobRow> rows = JobRowsOf(with.out);
+  const std::vector<JobRow> others = JobRowsOf(without.out);
+  ASSERT_EQ(rows.size(), 5u) << with.out;
+  ASSERT_EQ(others.size(), 5u) << without.out;
+  EXPECT_GE(rows[4].truth, others[4].truth - 3) << with.out << without.out;
+  // Taken out, and set again by hand with a plan that contradicts its two points.
+  EXPECT_EQ(Vantage(server, {"prior", "clear", "with"}).exit_code, 0);
+  EXPECT_EQ(Vantage(server, {"prior", "show", "with"}).exit_code, 3);
+  const ScratchFolder folder;
+  std::ofstream(folder.File("room.obj"))
+      << "v 0 0 0\nv 4000 0 0\nv 4000 3000 0\nv 0 3000 0\nv 0 0 2500\nv 4000 0 2500\n"
+         "v 4000 3000 2500\nv 0 3000 2500\n"
+         "f 1 2 3 4\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+  const Finished millimetres = Vantage(server, {"prior", "set", "with", folder.File("room.obj"),
+                                                "--at", "0,0,0=0,0,0", "--at", "4000,0,0=4,0,0"});
+  EXPECT_EQ(millimetres.exit_code, 5);
+  EXPECT_THAT(millimetres.error, HasSubstr("give the unit, mm"));
+  const Finished set = Vantage(server, {"prior", "set", "with", folder.File("room.obj"), "--unit",
+                                        "mm", "--at", "0,0,0=0,0,0", "--at", "4000,0,0=4,0,0"});
+  EXPECT_EQ(set.exit_code, 0) << set.error;
+}
+
 TEST(SimulatedJob, DigitisesTheFlat) {
   ServerProcess server;
   ASSERT_FALSE(server.address().empty());

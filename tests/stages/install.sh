@@ -7,12 +7,12 @@ declare -A packages=(
   # What core needs by itself: -DVANTAGE_SERVICE=OFF.
   [core]="g++ cmake ninja-build ccache
     libabsl-dev libeigen3-dev libceres-dev liboctomap-dev libembree-dev libtbb-dev libboost-dev
-    libssl-dev libzstd-dev liblzf-dev libpugixml-dev libcli11-dev pkg-config libgtest-dev libgmock-dev libbenchmark-dev
+    libssl-dev libzstd-dev liblzf-dev libpugixml-dev libassimp-dev libdxflib-dev libpng-dev libcli11-dev pkg-config libgtest-dev libgmock-dev libbenchmark-dev
     libpcl-common1.13 libpcl-kdtree1.13 libpcl-search1.13 libpcl-octree1.13
     libpcl-sample-consensus1.13 libpcl-features1.13 libpcl-filters1.13 libpcl-segmentation1.13
     libpcl-registration1.13"
   [service]="libgrpc++-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc
-    libsqlite3-dev libmicrohttpd-dev libqrencode-dev zlib1g-dev nlohmann-json3-dev libtomlplusplus-dev libcpp-jwt-dev libpng-dev libcairo2-dev fonts-dejavu-core"
+    libsqlite3-dev libmicrohttpd-dev libqrencode-dev zlib1g-dev nlohmann-json3-dev libtomlplusplus-dev libcpp-jwt-dev libcairo2-dev fonts-dejavu-core"
   [study]="coinor-cbc" # the fewest positions, by integer programming
   # HAProxy: who calls is known behind it.
   [test]="coinor-cbc python3-grpcio haproxy openssl zsh fish"

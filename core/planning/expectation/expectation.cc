@@ -134,6 +134,49 @@ class RoomBehind {
   int high_ = 0;  // the ceiling's
 };
 
+// Calls fn(v, its place in the brick's surface or nothing) for the voxels that a prior shows and of
+// which nothing is known.
+template <typename Fn>
+void ForEachShown(const model::PlanningView& model, const ExpectedSite& site, Fn&& fn) {
+  for (const model::BrickAt& at : site.view().bricks()) {
+    size_t rank = 0;
+    for (int local = 0; local < model::Brick::kVoxels; ++local) {
+      const model::VoxelState state = at.contents->state[static_cast<size_t>(local)];
+      const std::optional<size_t> own =
+          model::HasArea(state) ? std::optional<size_t>(rank++) : std::nullopt;
+      if (state == model::VoxelState::kUnknown) continue;
+      const model::VoxelIndex v = model::PlanningView::Global(at.brick, local);
+      if (NothingKnown(model.State(v))) fn(v, *at.contents, own);
+    }
+  }
+}
+
+// It goes before what else is expected.
+void AddSite(const model::PlanningView& model, const ExpectedSite& site,
+             const absl::flat_hash_set<Column>& by_prior, BrickEdit& edit,
+             std::vector<ExpectedFloor>& floors) {
+  ForEachShown(model, site,
+               [&](const model::VoxelIndex& v, const model::Brick& brick,
+                   const std::optional<size_t>& surface) {
+                 if (surface.has_value()) {
+                   edit.SetSurface(v, brick.surface[*surface]);
+                 } else {
+                   edit.SetEmpty(v);
+                 }
+               });
+  // Floor that was measured a little higher or lower goes before (FloorMap::With()).
+  for (const ExpectedFloor& floor : site.floors()) {
+    if (by_prior.contains({floor.voxel.x(), floor.voxel.y()})) floors.push_back(floor);
+  }
+}
+
+// Whether a prior shows what is behind a doorway: then nothing else is expected there.
+bool Shown(const std::vector<Eigen::Vector2i>& room, const absl::flat_hash_set<Column>& by_prior) {
+  size_t shown = 0;
+  for (const Eigen::Vector2i& at : room) shown += by_prior.contains({at.x(), at.y()}) ? 1 : 0;
+  return 2 * shown > room.size();
+}
+
 bool Refused(const model::PlanningView& model, const std::vector<Eigen::Vector2i>& columns,
              std::span<const RejectedPlace> rejected) {
   int refusals = 0;
@@ -212,21 +255,30 @@ model::PlanningView MeasuredAlone(const model::PlanningView& model) {
 
 Expectation::Expectation(const model::PlanningView& model, model::PlanningView view,
                          std::vector<ExpectedFloor> floors, std::vector<Room> rooms,
-                         absl::flat_hash_set<std::pair<int, int>> glimpsed)
+                         absl::flat_hash_set<std::pair<int, int>> glimpsed,
+                         absl::flat_hash_set<std::pair<int, int>> by_prior)
     : model_(model),
       view_(std::move(view)),
       standing_(MeasuredAlone(view_)),
       floors_(std::move(floors)),
       rooms_(std::move(rooms)),
-      glimpsed_(std::move(glimpsed)) {}
+      glimpsed_(std::move(glimpsed)),
+      by_prior_(std::move(by_prior)) {}
 
 absl::StatusOr<std::shared_ptr<const Expectation>> Expectation::Of(
     const model::PlanningView& model, const FloorMap& floor, const Openings& openings,
-    std::span<const RejectedPlace> rejected, const parallel::Cancellation& cancelled) {
+    std::span<const RejectedPlace> rejected, const ExpectedSite* site,
+    const parallel::Cancellation& cancelled) {
   std::vector<Room> rooms;
   std::vector<ExpectedFloor> floors;
   absl::flat_hash_set<std::pair<int, int>> glimpsed;
   BrickEdit edit(model);
+  absl::flat_hash_set<Column> by_prior;
+  if (site != nullptr) {
+    ForEachShown(model, *site,
+                 [&](const model::VoxelIndex& v, const model::Brick& /*brick*/,
+                     const std::optional<size_t>& /*surface*/) { by_prior.emplace(v.x(), v.y()); });
+  }
   for (size_t i = 0; i < openings.openings.size(); ++i) {
     if (cancelled.Requested()) return absl::CancelledError("expectation");
     const Opening& opening = openings.openings[i];
@@ -234,6 +286,7 @@ absl::StatusOr<std::shared_ptr<const Expectation>> Expectation::Of(
     const RoomBehind behind(model, openings, i);
     Room room{i, behind.Spread(), static_cast<float>(opening.centre.z())};
     if (room.columns.empty() || Refused(model, room.columns, rejected)) continue;
+    if (Shown(room.columns, by_prior)) continue;
     behind.Apply(room.columns, edit, floors);
     for (const Eigen::Vector2i& at : room.columns) {
       if (!opening.glimpsed) break;
@@ -247,10 +300,11 @@ absl::StatusOr<std::shared_ptr<const Expectation>> Expectation::Of(
   const auto flights = FindFlights(model, floor, cancelled);
   if (!flights.has_value()) return absl::CancelledError("expectation");
   for (const Flight& flight : *flights) ExpectStorey(model, floor, flight, edit);
+  if (site != nullptr) AddSite(model, *site, by_prior, edit, floors);
   const std::vector<model::BrickAt> changed = edit.Bricks();
-  return absl::WrapUnique<const Expectation>(
-      new Expectation(model, model::PlanningView(model, model.version(), changed, model.stations()),
-                      std::move(floors), std::move(rooms), std::move(glimpsed)));
+  return absl::WrapUnique<const Expectation>(new Expectation(
+      model, model::PlanningView(model, model.version(), changed, model.stations()),
+      std::move(floors), std::move(rooms), std::move(glimpsed), std::move(by_prior)));
 }
 
 std::optional<size_t> Expectation::Behind(const Eigen::Vector3d& place) const {

@@ -1,5 +1,5 @@
-// What is expected where nothing is known: that a room goes on behind its doorway, and that stairs
-// lead to a storey (algorithm.md section 7E).
+// What is expected where nothing is known: what a prior of the site shows, that a room goes on
+// behind its doorway, and that stairs lead to a storey (algorithm.md section 7E).
 #ifndef VANTAGE_CORE_PLANNING_EXPECTATION_EXPECTATION_H_
 #define VANTAGE_CORE_PLANNING_EXPECTATION_EXPECTATION_H_
 
@@ -15,6 +15,7 @@
 #include "absl/status/statusor.h"
 #include "core/model/view/planning_view.h"
 #include "core/parallel/cancellation.h"
+#include "core/planning/expectation/expected_site.h"
 #include "core/planning/feasibility/floor_map.h"
 #include "core/planning/plan/opening.h"
 #include "core/planning/plan/planning_config.h"
@@ -36,11 +37,13 @@ inline constexpr double kStationChance = 0.9;
 // Thread safe.
 class Expectation {
  public:
-  // A room in which places were rejected twice is not expected any more. Keeps the reference to the
-  // model. CANCELLED when that was requested on the way.
+  // A room in which places were rejected twice is not expected any more. `site`: what a prior
+  // shows, which goes before all else; null where there is none. Keeps the reference to the model.
+  // CANCELLED when that was requested on the way.
   static absl::StatusOr<std::shared_ptr<const Expectation>> Of(
       const model::PlanningView& model, const FloorMap& floor, const Openings& openings,
-      std::span<const RejectedPlace> rejected, const parallel::Cancellation& cancelled = {});
+      std::span<const RejectedPlace> rejected, const ExpectedSite* site = nullptr,
+      const parallel::Cancellation& cancelled = {});
 
   // The model with what is expected.
   const model::PlanningView& view() const { return view_; }
@@ -54,6 +57,11 @@ class Expectation {
   // True in and around rooms whose doorways were only glimpsed: of what they are like nothing was
   // seen.
   bool OnlyGlimpsed(const model::VoxelIndex& v) const { return glimpsed_.contains({v.x(), v.y()}); }
+  // True where a prior of the site shows the place, and nothing that is known.
+  bool ByPrior(const Eigen::Vector3d& place) const {
+    const model::VoxelIndex v = view_.At(place);
+    return by_prior_.contains({v.x(), v.y()}) && Expected(v);
+  }
   // The doorway, by its place in Openings::openings, behind which a place lies; nothing where it
   // does not.
   std::optional<size_t> Behind(const Eigen::Vector3d& place) const;
@@ -67,7 +75,8 @@ class Expectation {
   };
   Expectation(const model::PlanningView& model, model::PlanningView view,
               std::vector<ExpectedFloor> floors, std::vector<Room> rooms,
-              absl::flat_hash_set<std::pair<int, int>> glimpsed);
+              absl::flat_hash_set<std::pair<int, int>> glimpsed,
+              absl::flat_hash_set<std::pair<int, int>> by_prior);
 
   const model::PlanningView& model_;
   const model::PlanningView view_;
@@ -75,6 +84,7 @@ class Expectation {
   const std::vector<ExpectedFloor> floors_;
   const std::vector<Room> rooms_;
   const absl::flat_hash_set<std::pair<int, int>> glimpsed_;  // x and y of voxels
+  const absl::flat_hash_set<std::pair<int, int>> by_prior_;  // the same
 };
 
 }  // namespace vantage::planning

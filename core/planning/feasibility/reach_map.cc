@@ -232,8 +232,39 @@ void ReachMap::Flood(const model::PlanningView& model, const parallel::Cancellat
   reached_.assign(nodes_.count(), 0);
   travel_.assign(nodes_.count(), kFar);
   for (size_t at = 0; at < distance.size(); ++at) reached_[at] = distance[at] < kFar;
-  if (model.stations().empty()) return;
+  if (model.stations().empty()) {
+    ReachLargest();
+    return;
+  }
   if (const auto at = NodeOf(model.stations().back()); at.has_value()) spread({*at}, travel_);
+}
+
+// Before the first scan the scanner can be carried in somewhere: to where most of the site is
+// reached from.
+void ReachMap::ReachLargest() {
+  std::vector<uint32_t> piece(nodes_.count(), 0);  // of those that hang together, from 1
+  std::vector<uint32_t> front;
+  uint32_t pieces = 0;
+  uint32_t largest = 0;
+  size_t most = 0;
+  for (uint32_t start = 0; start < nodes_.count(); ++start) {
+    if (piece[start] != 0 || !Passable(start)) continue;
+    piece[start] = ++pieces;
+    front.assign(1, start);
+    for (size_t head = 0; head < front.size(); ++head) {
+      nodes_.ForEachStep(front[head], [&](uint32_t to) {
+        if (piece[to] != 0 || !Passable(to)) return;
+        piece[to] = pieces;
+        front.push_back(to);
+      });
+    }
+    if (front.size() <= most) continue;
+    most = front.size();
+    largest = pieces;
+  }
+  for (uint32_t node = 0; node < nodes_.count(); ++node) {
+    reached_[node] = largest != 0 && piece[node] == largest;
+  }
 }
 
 std::vector<uint32_t> ReachMap::StationNodes(const model::PlanningView& model) const {

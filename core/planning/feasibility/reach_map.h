@@ -26,7 +26,8 @@ inline int FirstLayerOverFloor(float floor_height, double voxel) {
 // A map over the floors in columns of viewcells. The scanner is an upright cylinder of the
 // configured width and height that moves between floors of neighbouring columns, diagonals
 // included, that differ by at most a step, through space known to be empty: up and down stairs and
-// ramps from storey to storey. The exceptions near stations and under unknown space are in
+// ramps from storey to storey. Where none has stood yet it can be carried to the largest part of
+// the site that hangs together. The exceptions near stations and under unknown space are in
 // algorithm.md section 7A, 'Reachability'.
 class ReachMap {
  public:
@@ -68,6 +69,7 @@ class ReachMap {
   std::optional<uint32_t> NodeOf(const model::Station& station);
   std::vector<uint32_t> StationNodes(const model::PlanningView& model) const;
   void Flood(const model::PlanningView& model, const parallel::Cancellation& cancelled);
+  void ReachLargest();
 
   int per_cell_ = 1;    // voxels
   bool given_ = false;  // the floor is, so that all stations stand on it

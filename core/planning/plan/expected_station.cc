@@ -5,6 +5,12 @@
 namespace vantage::planning {
 
 std::string ExpectedStationWords(const ExpectedStation& expected, const Eigen::Vector3d& origin) {
+  if (expected.by_site_prior) {
+    return absl::StrFormat(
+        "the prior of the site shows it; floor and clearance were not seen yet; any free spot "
+        "within %.1f m is as good",
+        expected.radius);
+  }
   if (!expected.doorway.has_value()) {
     return absl::StrFormat(
         "that floor, way and clearance are free was not all seen; any free spot within %.1f m is "

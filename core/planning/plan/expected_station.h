@@ -17,6 +17,7 @@ struct ExpectedStation {
   double radius = 0;               // m, horizontally: free spots of the room within it are as good
   double chance = 0;               // that one of them is free, [0, 1]
   std::optional<size_t> fallback;  // into Plan::views: the best that stands on what is known
+  bool by_site_prior = false;      // a prior of the site shows it
 };
 
 // What is assumed, for a person. `origin`: of the model frame in the world, m.

@@ -91,6 +91,17 @@ PlanningSize::PlanningSize(const model::PlanningView& model, const PlanningConfi
             static_cast<double>(visibility::SummedVolumeTable::Bytes(box.max - box.min));
 }
 
+void PlanningSize::Add(const PlanningSize& other) {
+  columns_ += other.columns_;
+  floor_ += other.floor_;
+  viewcells_ += other.viewcells_;
+  surface_ += other.surface_;
+  deficient_ += other.deficient_;
+  measured_ += other.measured_;
+  cubes_ += other.cubes_;
+  tables_ += other.tables_;
+}
+
 uint64_t PlanningSize::Bytes(double views) const {
   const double kept = columns_ * kColumn + floor_ * kFloor + viewcells_ * kViewcell;
   const double finding = floor_ * (kFindingFloor - kFloor);

@@ -17,6 +17,9 @@ class PlanningSize {
  public:
   // Looks at all surface once.
   PlanningSize(const model::PlanningView& model, const PlanningConfig& config);
+  // As if `other`, which is expected where nothing is known, were beside it: at most as much as
+  // both.
+  void Add(const PlanningSize& other);
 
   // The bytes that MakePlan() takes at its peak besides the model, with so many feasible views:
   // those of a plan that comes to score every view, on a few threads. Within a fifth where a plan

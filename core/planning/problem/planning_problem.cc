@@ -63,7 +63,9 @@ struct PlanningProblem::Common {
   explicit Common(const PlanningQuestion& question) : previous(question.previous) {
     const bool same_model = previous != nullptr && &previous->model_ == &question.model;
     floor = same_model && previous->config_.floor_z == question.config.floor_z;
-    scene = floor && SameExpectation(previous->config_, question.config);
+    const bool expects = question.config.station_basis == StationBasis::kExpected;
+    scene = floor && SameExpectation(previous->config_, question.config) &&
+            previous->site_ == (expects ? question.site : nullptr);
     surface = scene && SameSurface(previous->config_, question.config);
     coverage = surface && SameReach(*previous, question);
   }
@@ -88,7 +90,10 @@ absl::StatusOr<std::shared_ptr<const PlanningProblem>> PlanningProblem::Prepare(
   const model::PlanningView& model = question.model;
   const PlanningConfig& config = question.config;
   if (absl::Status valid = ValidateFor(model, question.scanner, config); !valid.ok()) return valid;
-  const PlanningSize size(model, config);
+  PlanningSize size(model, config);
+  if (question.site != nullptr && config.station_basis == StationBasis::kExpected) {
+    size.Add(PlanningSize(question.site->view(), config));
+  }
   if (absl::Status fits = CheckPlanningSize(size, config); !fits.ok()) return fits;
   const Common common(question);
   auto problem = absl::WrapUnique(new PlanningProblem(question));
@@ -158,7 +163,8 @@ absl::Status PlanningProblem::FindViews(const Common& common, Making& making,
   if (common.scene) {
     making.expectation = occlusion_->expectation;
   } else if (config_.station_basis == StationBasis::kExpected) {
-    auto found = Expectation::Of(model_, *floor, *making.openings, config_.rejected, cancelled);
+    auto found =
+        Expectation::Of(model_, *floor, *making.openings, config_.rejected, site_.get(), cancelled);
     if (!found.ok()) return found.status();
     making.expectation = *std::move(found);
     if (making.expectation != nullptr) making.grid.emplace(making.expectation->view());

@@ -12,6 +12,7 @@
 #include "core/parallel/cancellation.h"
 #include "core/parallel/parallel.h"
 #include "core/planning/expectation/expectation.h"
+#include "core/planning/expectation/expected_site.h"
 #include "core/planning/feasibility/feasible_views.h"
 #include "core/planning/patches/patches.h"
 #include "core/planning/plan/coverage.h"
@@ -37,10 +38,14 @@ struct PlanningQuestion {
   // that these differences do not affect are shared with it instead of made again. The result is
   // the same.
   const PlanningProblem* previous = nullptr;
+  // What a prior of the site shows, where one is used; what is expected comes from it first. It
+  // counts with StationBasis::kExpected alone.
+  std::shared_ptr<const ExpectedSite> site = nullptr;
 };
 
-// All that depends on the model, the scanner and the configuration alone: plans, what-ifs, fleets
-// and claims start from it. Never changes. Keeps the reference to the model. Thread safe.
+// All that depends on the model, a prior of the site, the scanner and the configuration alone:
+// plans, what-ifs, fleets and claims start from it. Never changes. Keeps the reference to the
+// model. Thread safe.
 class PlanningProblem {
  public:
   // The same on any number of threads. INVALID_ARGUMENT: scanner or configuration is impossible, or
@@ -58,6 +63,8 @@ class PlanningProblem {
   const model::PlanningView& view() const {
     return expectation() == nullptr ? model_ : expectation()->view();
   }
+  // What a prior shows of the site; null where none is used.
+  const ExpectedSite* site() const { return site_.get(); }
   const sensor::ScannerModel& scanner() const { return scanner_; }
   const PlanningConfig& config() const { return config_; }
 
@@ -90,7 +97,10 @@ class PlanningProblem {
   struct Common;
   struct Making;
   explicit PlanningProblem(const PlanningQuestion& question)
-      : model_(question.model), scanner_(question.scanner), config_(question.config) {}
+      : model_(question.model),
+        scanner_(question.scanner),
+        config_(question.config),
+        site_(question.config.station_basis == StationBasis::kExpected ? question.site : nullptr) {}
   // The steps of Prepare(), in order; each makes what the problem before does not have.
   absl::Status FindViews(const Common& common, Making& making, parallel::Parallel& parallel,
                          const parallel::Cancellation& cancelled);
@@ -102,6 +112,7 @@ class PlanningProblem {
   const model::PlanningView& model_;
   const sensor::ScannerModel scanner_;
   const PlanningConfig config_;
+  const std::shared_ptr<const ExpectedSite> site_;
   std::shared_ptr<const Occlusion> occlusion_;
   FeasibleViews feasible_;
   FeasibleViews known_;  // by the model alone; empty where nothing is expected

@@ -149,6 +149,8 @@ class Checking {
   // Nothing when the budget ended.
   std::optional<Judged> Judge(uint32_t view, const parallel::Budget& budget) const {
     const Eigen::Vector3d at = feasible_.Centre(view);
+    if (stations_.empty() && headings().all_around())
+      return Judged{{view, FirstScan(), std::nullopt, 0}, 0};
     if (headings().all_around()) {
       const auto seen = surface_.Predict(at, scene_, config_.registration, budget);
       if (!seen.has_value()) return std::nullopt;
@@ -158,10 +160,22 @@ class Checking {
     const ViewScore score =
         scoring_.scorer().ScoreHeadings(at, scoring_.cells(), budget, by_heading);
     if (!score.finished) return std::nullopt;
+    if (stations_.empty()) {
+      const auto best = std::max_element(by_heading.begin(), by_heading.end());
+      return Judged{{view, FirstScan(), static_cast<size_t>(best - by_heading.begin()), *best},
+                    score.rays};
+    }
     const auto seen = surface_.PredictBest(at, by_heading, scene_, config_.registration, budget);
     if (!seen.has_value()) return std::nullopt;
     return Judged{{view, seen->verdict, seen->heading, by_heading[seen->heading]},
                   score.rays + seen->rays};
+  }
+
+  // There is nothing yet that it would have to be aligned to: it makes the model's frame.
+  static registration::RegistrationVerdict FirstScan() {
+    registration::RegistrationVerdict verdict;
+    verdict.outcome = registration::RegistrationOutcome::kRegistered;
+    return verdict;
   }
 
   const Headings& headings() const { return scoring_.scorer().headings(); }

@@ -27,6 +27,7 @@ void ViewReport::Place(const Eigen::Vector3d& position, RankedView& view) const 
   view.floor_measured = problem_.feasible().FloorMeasured(position);
   if (problem_.BasisOf(position) == StationBasis::kExpected) {
     view.expected = ExpectedStation{std::nullopt, kStationRadius, kStationChance, std::nullopt};
+    view.expected->by_site_prior = problem_.expectation()->ByPrior(position);
     if (const auto opening = problem_.expectation()->Behind(position); opening.has_value()) {
       view.expected->doorway = problem_.openings().openings[*opening].centre;
     }

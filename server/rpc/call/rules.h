@@ -64,6 +64,9 @@ inline constexpr RpcRule kRpcRules[] = {
     {"FleetService", "DeleteStation", auth::Role::kSubmit, true},
     {"ModelService", "GetCoverage", auth::Role::kRead, false},
     {"ModelService", "GetPoseGraph", auth::Role::kRead, false},
+    {"ModelService", "SetSitePrior", auth::Role::kPlan, true},
+    {"ModelService", "GetSitePrior", auth::Role::kRead, false},
+    {"ModelService", "ClearSitePrior", auth::Role::kPlan, true},
     {"ModelService", "ExportModel", auth::Role::kRead, false, true},
     {"ModelService", "ExportReport", auth::Role::kRead, false, true},
 };

@@ -84,6 +84,14 @@ absl::StatusOr<v1::GetCoverageResponse> GetCoverage(const session::TenantSession
 void GetPoseGraph(const session::TenantSessions& sessions, const v1::GetPoseGraphRequest& request,
                   std::function<void(absl::StatusOr<v1::GetPoseGraphResponse>)> done);
 
+// Answer on the planning pool; `done` is called exactly once.
+void SetSitePrior(const session::TenantSessions& sessions, const v1::SetSitePriorRequest& request,
+                  std::function<void(absl::StatusOr<v1::SetSitePriorResponse>)> done);
+void GetSitePrior(const session::TenantSessions& sessions, const v1::GetSitePriorRequest& request,
+                  std::function<void(absl::StatusOr<v1::GetSitePriorResponse>)> done);
+absl::StatusOr<v1::ClearSitePriorResponse> ClearSitePrior(const session::TenantSessions& sessions,
+                                                          const v1::ClearSitePriorRequest& request);
+
 // The fleet.
 absl::StatusOr<v1::CreateScannerResponse> CreateScanner(const session::TenantSessions& sessions,
                                                         const v1::CreateScannerRequest& request);

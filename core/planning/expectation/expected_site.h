@@ -1,0 +1,38 @@
+// What a prior of the site shows, as planning expects it (algorithm.md section 7E).
+#ifndef VANTAGE_CORE_PLANNING_EXPECTATION_EXPECTED_SITE_H_
+#define VANTAGE_CORE_PLANNING_EXPECTATION_EXPECTED_SITE_H_
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/model/view/planning_view.h"
+#include "core/parallel/cancellation.h"
+#include "core/planning/feasibility/floor_map.h"
+
+namespace vantage::planning {
+
+// Empty space and surface at no density, in the model's frame and voxels, and the floors in it.
+// Never changes. Thread safe.
+class ExpectedSite {
+ public:
+  // `view`: of the model's voxel size, without stations. CANCELLED when that was requested on the
+  // way.
+  static absl::StatusOr<std::shared_ptr<const ExpectedSite>> Of(
+      model::PlanningView view, const parallel::Cancellation& cancelled = {});
+
+  const model::PlanningView& view() const { return view_; }
+  std::span<const ExpectedFloor> floors() const { return floors_; }
+
+ private:
+  ExpectedSite(model::PlanningView view, std::vector<ExpectedFloor> floors)
+      : view_(std::move(view)), floors_(std::move(floors)) {}
+
+  const model::PlanningView view_;
+  const std::vector<ExpectedFloor> floors_;
+};
+
+}  // namespace vantage::planning
+
+#endif  // VANTAGE_CORE_PLANNING_EXPECTATION_EXPECTED_SITE_H_

@@ -1,0 +1,267 @@
+#include "core/site_prior/prior_space.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <numeric>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "absl/container/flat_hash_map.h"
+#include "absl/status/status.h"
+#include "absl/strings/str_format.h"
+#include "core/model/view/brick_key.h"
+#include "core/site_prior/mesh_samples.h"
+
+namespace vantage::site_prior {
+namespace {
+
+constexpr double kHeadroom = 1.8;       // m over floor of a room
+constexpr double kLeastFloor = 2.0;     // m2 of floor with headroom: a wardrobe has less
+constexpr double kOpenAbove = 2.5;      // m over the floor, where no ceiling is
+constexpr double kOpenFurniture = 1.5;  // m over the floor that such space begins at most
+constexpr double kFacesUp = 0.7;        // |cosine| of surface that something stands on
+
+// The surface in a voxel.
+struct Surface {
+  model::VoxelIndex at;
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // sums over samples
+  Eigen::Vector3f centre = Eigen::Vector3f::Zero();
+  uint32_t samples = 0;
+
+  bool Level() const { return std::abs(normal.z()) > kFacesUp * normal.norm(); }
+};
+
+// Layers [low, high) of a column of voxels with no surface in them, over some surface.
+struct Run {
+  int x = 0;
+  int y = 0;
+  int low = 0;
+  int high = 0;
+  bool on_level = false;  // over surface that one can stand on
+};
+
+using Column = std::pair<int, int>;
+
+class Rooms {
+ public:
+  Rooms(const PriorMesh& mesh, const PriorPose& pose, double voxel) : voxel_(voxel) {
+    absl::flat_hash_map<model::BrickKey, size_t> found;
+    ForEachMeshSample(mesh, pose, voxel / 2, [&](const Eigen::Vector3d& p, const auto& normal) {
+      const model::VoxelIndex at = (p / voxel).array().floor().template cast<int>();
+      const auto [it, added] = found.try_emplace(model::KeyOf(at), surface_.size());
+      if (added) surface_.push_back({at});
+      Surface& own = surface_[it->second];
+      const Eigen::Vector3f n = normal.template cast<float>();
+      own.normal += own.normal.dot(n) < 0 ? Eigen::Vector3f(-n) : n;
+      own.centre += p.cast<float>();
+      ++own.samples;
+    });
+    std::sort(surface_.begin(), surface_.end(), [](const Surface& a, const Surface& b) {
+      return std::tuple(a.at.y(), a.at.x(), a.at.z()) < std::tuple(b.at.y(), b.at.x(), b.at.z());
+    });
+  }
+
+  // True when there is a room.
+  bool Find() {
+    FindRuns();
+    Connect();
+    return std::find(room_.begin(), room_.end(), 1) != room_.end();
+  }
+  double voxels() const {
+    double sum = static_cast<double>(surface_.size());
+    for (const Run& run : runs_) sum += run.high - run.low;
+    return sum;
+  }
+  std::vector<model::BrickAt> Bricks() const;
+
+ private:
+  template <typename Fn>
+  void ForEachColumn(Fn&& fn) const {  // fn(begin, end) of surface_
+    for (size_t begin = 0; begin < surface_.size();) {
+      size_t end = begin;
+      while (end < surface_.size() && surface_[end].at.head<2>() == surface_[begin].at.head<2>()) {
+        ++end;
+      }
+      fn(begin, end);
+      begin = end;
+    }
+  }
+  int Layers(double metres) const { return static_cast<int>(std::lround(metres / voxel_)); }
+
+  void FindRuns() {
+    const int headroom = Layers(kHeadroom);
+    size_t closed = 0;
+    size_t open = 0;
+    std::vector<Run> without_ceiling;
+    ForEachColumn([&](size_t begin, size_t end) {
+      bool roofed = false;
+      for (size_t i = begin; i + 1 < end; ++i) {
+        const Run run{surface_[i].at.x(), surface_[i].at.y(), surface_[i].at.z() + 1,
+                      surface_[i + 1].at.z(), surface_[i].Level()};
+        if (run.high <= run.low) continue;
+        runs_.push_back(run);
+        roofed |= run.on_level && run.high - run.low >= headroom;
+      }
+      if (!surface_[begin].Level()) return;
+      ++(roofed ? closed : open);
+      const Surface& top = surface_[end - 1];
+      if (roofed || (top.at.z() - surface_[begin].at.z()) > Layers(kOpenFurniture)) return;
+      without_ceiling.push_back({top.at.x(), top.at.y(), top.at.z() + 1,
+                                 surface_[begin].at.z() + Layers(kOpenAbove), top.Level()});
+    });
+    // The top of a roof is no room; a mesh that was looked into from above has no roof at all.
+    if (open > closed) runs_.insert(runs_.end(), without_ceiling.begin(), without_ceiling.end());
+    std::sort(runs_.begin(), runs_.end(), [](const Run& a, const Run& b) {
+      return std::tuple(a.y, a.x, a.low) < std::tuple(b.y, b.x, b.low);
+    });
+  }
+
+  size_t RootOf(size_t run) {
+    while (parent_[run] != run) run = parent_[run] = parent_[parent_[run]];
+    return run;
+  }
+
+  // Which runs hang together with floor of a room.
+  void Connect() {
+    constexpr int kLeastOverlap = 2;  // layers
+    absl::flat_hash_map<Column, std::pair<size_t, size_t>> by_column;
+    for (size_t begin = 0; begin < runs_.size();) {
+      size_t end = begin;
+      while (end < runs_.size() && runs_[end].x == runs_[begin].x &&
+             runs_[end].y == runs_[begin].y) {
+        ++end;
+      }
+      by_column[{runs_[begin].x, runs_[begin].y}] = {begin, end};
+      begin = end;
+    }
+    parent_.resize(runs_.size());
+    std::iota(parent_.begin(), parent_.end(), size_t{0});
+    for (size_t i = 0; i < runs_.size(); ++i) {
+      for (const Column& side : {Column(1, 0), Column(0, 1)}) {
+        const auto it = by_column.find({runs_[i].x + side.first, runs_[i].y + side.second});
+        if (it == by_column.end()) continue;
+        for (size_t k = it->second.first; k < it->second.second; ++k) {
+          const int common =
+              std::min(runs_[i].high, runs_[k].high) - std::max(runs_[i].low, runs_[k].low);
+          if (common >= kLeastOverlap) parent_[RootOf(i)] = RootOf(k);
+        }
+      }
+    }
+    std::vector<double> area(runs_.size(), 0);
+    for (size_t i = 0; i < runs_.size(); ++i) {
+      if (runs_[i].on_level && runs_[i].high - runs_[i].low >= Layers(kHeadroom)) {
+        area[RootOf(i)] += voxel_ * voxel_;
+      }
+    }
+    room_.assign(runs_.size(), 0);
+    for (size_t i = 0; i < runs_.size(); ++i) room_[i] = area[RootOf(i)] >= kLeastFloor;
+  }
+
+  const double voxel_;
+  std::vector<Surface> surface_;  // by y, x, z
+  std::vector<Run> runs_;         // by y, x, low
+  std::vector<size_t> parent_;    // of runs, towards one of those that hang together
+  std::vector<uint8_t> room_;     // by run: it is space of a room
+};
+
+constexpr std::array<std::array<int, 3>, 6> kFaces = {
+    {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
+
+struct Building {
+  model::Brick brick;
+  std::vector<std::pair<int, model::SurfaceVoxel>> surface;  // by place
+};
+
+std::vector<model::BrickAt> Rooms::Bricks() const {
+  absl::flat_hash_map<model::BrickKey, std::unique_ptr<Building>> building;
+  const auto brick_of = [&](const model::VoxelIndex& v) -> Building& {
+    std::unique_ptr<Building>& own = building[model::KeyOf(model::Brick::Of(v))];
+    if (own == nullptr) own = std::make_unique<Building>();
+    return *own;
+  };
+  for (size_t i = 0; i < runs_.size(); ++i) {
+    if (room_[i] == 0) continue;
+    for (int z = runs_[i].low; z < runs_[i].high; ++z) {
+      const model::VoxelIndex v(runs_[i].x, runs_[i].y, z);
+      brick_of(v).brick.state[static_cast<size_t>(model::Brick::LocalOf(v))] =
+          model::VoxelState::kEmpty;
+    }
+  }
+  const auto free = [&](const model::VoxelIndex& v) {
+    const auto it = building.find(model::KeyOf(model::Brick::Of(v)));
+    return it != building.end() &&
+           it->second->brick.state[static_cast<size_t>(model::Brick::LocalOf(v))] ==
+               model::VoxelState::kEmpty;
+  };
+  for (const Surface& own : surface_) {
+    Eigen::Vector3f towards = Eigen::Vector3f::Zero();
+    int sides = 0;
+    for (const std::array<int, 3>& face : kFaces) {
+      const Eigen::Vector3i offset(face[0], face[1], face[2]);
+      if (!free(own.at + offset)) continue;
+      towards += offset.cast<float>();
+      ++sides;
+    }
+    if (sides == 0) continue;
+    model::SurfaceVoxel surface;
+    surface.normal = own.normal.normalized();
+    if (!surface.normal.allFinite() || own.normal.norm() == 0) surface.normal = {0, 0, 1};
+    if (surface.normal.dot(towards) < 0) surface.normal = -surface.normal;
+    surface.ambiguous = towards.isZero();
+    surface.centroid = own.centre / static_cast<float>(own.samples);
+    const Eigen::Vector3f low = own.at.cast<float>() * static_cast<float>(voxel_);
+    const auto edge = static_cast<float>(voxel_);
+    surface.centroid = surface.centroid.cwiseMax(low + Eigen::Vector3f::Constant(0.01F * edge))
+                           .cwiseMin(low + Eigen::Vector3f::Constant(0.99F * edge));
+    surface.area = static_cast<float>(voxel_ * voxel_) / surface.normal.cwiseAbs().sum();
+    Building& to = brick_of(own.at);
+    const int local = model::Brick::LocalOf(own.at);
+    to.brick.state[static_cast<size_t>(local)] = model::VoxelState::kTrueSurface;
+    to.surface.emplace_back(local, surface);
+  }
+  std::vector<model::BrickAt> bricks;
+  bricks.reserve(building.size());
+  for (auto& [key, own] : building) {
+    std::sort(own->surface.begin(), own->surface.end(),
+              [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (const auto& [local, surface] : own->surface) {
+      own->brick.surface_mask[static_cast<size_t>(local / 64)] |= uint64_t{1} << (local % 64);
+      own->brick.surface.push_back(surface);
+    }
+    bricks.push_back({model::BrickOf(key), std::make_shared<model::Brick>(std::move(own->brick))});
+  }
+  std::sort(bricks.begin(), bricks.end(), [](const auto& a, const auto& b) {
+    return model::KeyOf(a.brick) < model::KeyOf(b.brick);
+  });
+  return bricks;
+}
+
+}  // namespace
+
+absl::StatusOr<model::PlanningView> SpaceOf(const PriorMesh& mesh, const PriorPose& pose,
+                                            double voxel, const parallel::Cancellation& cancelled) {
+  const double surface = AreaOf(mesh) * pose.scale * pose.scale / (voxel * voxel);
+  const auto too_large = [&](double voxels) {
+    return absl::ResourceExhaustedError(absl::StrFormat(
+        "the prior has %.0f voxels of %.2f m, more than %.0f: give the part that is to be scanned",
+        voxels, voxel, kMostVoxels));
+  };
+  if (surface > kMostVoxels / 4) return too_large(surface);
+  Rooms rooms(mesh, pose, voxel);
+  if (cancelled.Requested()) return absl::CancelledError("site prior");
+  if (!rooms.Find()) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "the prior has no room: nowhere %.0f m2 of floor with %.1f m of space over it; does its z "
+        "axis point up, and is its floor there?",
+        kLeastFloor, kHeadroom));
+  }
+  if (rooms.voxels() > kMostVoxels) return too_large(rooms.voxels());
+  if (cancelled.Requested()) return absl::CancelledError("site prior");
+  return model::PlanningView(voxel, 0, rooms.Bricks(), {});
+}
+
+}  // namespace vantage::site_prior

@@ -1,0 +1,90 @@
+#include "core/site_prior/site_prior.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "core/site_prior/prior_space.h"
+#include "core/site_prior/refutation.h"
+
+namespace vantage::site_prior {
+
+namespace {
+
+constexpr double kOwnVoxel = 0.05;  // m: of the prior in its own frame
+
+}  // namespace
+
+absl::StatusOr<std::shared_ptr<const SitePrior>> SitePrior::Create(PriorMesh mesh,
+                                                                   const PriorPose& placement,
+                                                                   double accuracy) {
+  if (absl::Status fine = CheckPrior(mesh); !fine.ok()) return fine;
+  if (!(accuracy > 0 && accuracy <= 1)) {
+    return absl::InvalidArgumentError("accuracy_m: in (0, 1]");
+  }
+  auto space = SpaceOf(mesh, {}, kOwnVoxel);
+  if (!space.ok()) return space.status();
+  return std::shared_ptr<const SitePrior>(
+      new SitePrior(std::move(mesh), *std::move(space), placement, accuracy));
+}
+
+absl::StatusOr<PriorStanding> Judge(const model::PlanningView& model, const SitePrior& prior,
+                                    const parallel::Cancellation& cancelled) {
+  PriorStanding standing;
+  standing.alignment.pose = prior.placement();
+  if (model.stations().empty()) {
+    auto space = SpaceOf(prior.mesh(), prior.placement(), model.voxel_size(), cancelled);
+    if (!space.ok()) return space.status();
+    standing.space.emplace(*std::move(space));
+    standing.message = "nothing was scanned yet: the prior is taken to lie where it was placed";
+    return standing;
+  }
+  auto alignment = Align(model, prior.space(), prior.placement(), prior.accuracy(), cancelled);
+  if (!alignment.ok()) return alignment.status();
+  standing.alignment = *std::move(alignment);
+  standing.message = standing.alignment.message;
+  if (standing.alignment.verdict != AlignmentVerdict::kAligned) {
+    standing.state = standing.alignment.verdict == AlignmentVerdict::kNotAligned
+                         ? PriorState::kNotAligned
+                         : PriorState::kNotEnoughSeen;
+    return standing;
+  }
+  auto space = SpaceOf(prior.mesh(), standing.alignment.pose, model.voxel_size(), cancelled);
+  if (!space.ok()) return space.status();
+  auto refutation = Refute(model, *space, prior.accuracy(), cancelled);
+  if (!refutation.ok()) return refutation.status();
+  size_t in_walls = 0;
+  for (const model::Station& station : model.stations()) {
+    in_walls += space->Empty(space->At(station.position)) ? 0 : 1;
+  }
+  standing.agreeing_area = refutation->agreeing_area;
+  standing.gone_area = refutation->gone_area;
+  standing.new_area = refutation->new_area;
+  standing.refuted_share = refutation->share();
+  if (refutation->share() > kMostRefuted) {
+    standing.state = PriorState::kRefuted;
+    standing.message = absl::StrFormat(
+        "the prior is not used: of %.1f m2 of its walls that were looked at %.0f %% are not there, "
+        "more than %.0f %%; give one of the site as it is",
+        refutation->agreeing_area + refutation->gone_area, 100 * refutation->share(),
+        100 * kMostRefuted);
+    return standing;
+  }
+  standing.state = PriorState::kAligned;
+  if (refutation->gone_area + refutation->new_area >= 0.1) {
+    absl::StrAppend(&standing.message,
+                    absl::StrFormat("; %.1f m2 of its walls are gone and %.1f m2 are new, where it "
+                                    "is not used",
+                                    refutation->gone_area, refutation->new_area));
+  }
+  if (in_walls > 0) {
+    absl::StrAppend(&standing.message,
+                    absl::StrFormat("; %d of %d scans were made where it has no room: compare its "
+                                    "two points with the site",
+                                    in_walls, model.stations().size()));
+  }
+  standing.space.emplace(std::move(refutation->left));
+  return standing;
+}
+
+}  // namespace vantage::site_prior

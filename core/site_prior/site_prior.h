@@ -1,0 +1,78 @@
+// A prior of the site and how it stands: what of it may be expected, by what was scanned so far
+// (algorithm.md section 13). It is never measured surface, and nothing is registered to it.
+#ifndef VANTAGE_CORE_SITE_PRIOR_SITE_PRIOR_H_
+#define VANTAGE_CORE_SITE_PRIOR_SITE_PRIOR_H_
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "absl/status/statusor.h"
+#include "core/model/view/planning_view.h"
+#include "core/parallel/cancellation.h"
+#include "core/site_prior/alignment.h"
+#include "core/site_prior/prior_mesh.h"
+#include "core/site_prior/prior_pose.h"
+
+namespace vantage::site_prior {
+
+inline constexpr double kDefaultAccuracy = 0.1;  // m
+
+// Never changes. Thread safe.
+class SitePrior {
+ public:
+  // `placement`: by a person. `accuracy`: m that its surface is off where it is right, in (0, 1].
+  // INVALID_ARGUMENT and RESOURCE_EXHAUSTED: CheckPrior() and SpaceOf().
+  static absl::StatusOr<std::shared_ptr<const SitePrior>> Create(
+      PriorMesh mesh, const PriorPose& placement, double accuracy = kDefaultAccuracy);
+
+  const PriorMesh& mesh() const { return mesh_; }
+  // SpaceOf() it in its own frame, in voxels of its own.
+  const model::PlanningView& space() const { return space_; }
+  const PriorPose& placement() const { return placement_; }
+  double accuracy() const { return accuracy_; }
+
+ private:
+  SitePrior(PriorMesh mesh, model::PlanningView space, const PriorPose& placement, double accuracy)
+      : mesh_(std::move(mesh)),
+        space_(std::move(space)),
+        placement_(placement),
+        accuracy_(accuracy) {}
+
+  const PriorMesh mesh_;
+  const model::PlanningView space_;
+  const PriorPose placement_;
+  const double accuracy_;
+};
+
+enum class PriorState {
+  kPlaced,         // nothing was scanned: it is expected where it was placed
+  kNotEnoughSeen,  // it is not used yet
+  kAligned,        // it is expected where it was aligned, but for what is refuted
+  kNotAligned,     // not used
+  kRefuted,        // aligned, but too much of it is not there: not used
+};
+
+struct PriorStanding {
+  PriorState state = PriorState::kPlaced;
+  Alignment alignment;       // its pose is the placement where nothing was scanned
+  double agreeing_area = 0;  // m2, as of Refutation
+  double gone_area = 0;
+  double new_area = 0;
+  double refuted_share = 0;
+  std::string message;  // for people
+  // What may be expected; nothing where the prior is not used.
+  std::optional<model::PlanningView> space;
+
+  bool used() const { return space.has_value(); }
+};
+
+// A function of both alone. `model`: may be empty. CANCELLED when that was requested on the way;
+// INVALID_ARGUMENT and RESOURCE_EXHAUSTED as SpaceOf().
+absl::StatusOr<PriorStanding> Judge(const model::PlanningView& model, const SitePrior& prior,
+                                    const parallel::Cancellation& cancelled = {});
+
+}  // namespace vantage::site_prior
+
+#endif  // VANTAGE_CORE_SITE_PRIOR_SITE_PRIOR_H_

@@ -1,0 +1,292 @@
+// Priors of furnished flats, against scans of them: what is aligned where, what is refuted, and
+// what planning makes of it.
+#include "core/site_prior/site_prior.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/model/partial_model.h"
+#include "core/parallel/thread_pool.h"
+#include "core/planning/expectation/expected_site.h"
+#include "core/planning/planner.h"
+#include "core/planning/problem/planning_problem.h"
+#include "core/simulation/scenes/furnished_flat.h"
+#include "core/simulation/scenes/small_scenes.h"
+#include "core/simulation/simulated_scanner.h"
+#include "core/site_prior/mesh_samples.h"
+#include "core/site_prior/prior_space.h"
+
+namespace vantage::site_prior {
+namespace {
+
+using testing::HasSubstr;
+
+parallel::Budget Rays(uint64_t rays) {
+  parallel::Budget budget = parallel::Budget::Unlimited();
+  budget.work_limit = rays;
+  return budget;
+}
+
+sensor::ScannerModel Coarse() {
+  sensor::ScannerModel scanner;
+  scanner.azimuth_step = scanner.elevation_step = sensor::Radians(0.4);
+  return scanner;
+}
+
+// A model of a scene whose frame is the scene's.
+class ScannedScene {
+ public:
+  explicit ScannedScene(simulation::Scene scene)
+      : scene_(std::move(scene)),
+        tracer_(scene_.mesh),
+        model_(model::PartialModel::Create({}).value()) {
+    view_ = model_->Publish();
+  }
+  void ScanFrom(const Eigen::Vector3d& place) {
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.translation() = place;
+    sensor::Scan scan;
+    scan.scanner = Coarse();
+    scan.image = tracer_.Scan(scan.scanner, pose, simulation::ScanFaults{}, 1 + scans_, pool_);
+    ASSERT_TRUE(model_->Insert("scan" + std::to_string(++scans_), scan, pose, pool_).ok());
+    view_ = model_->Publish();
+  }
+  const simulation::Scene& scene() const { return scene_; }
+  const model::PlanningView& model() const { return *view_; }
+  parallel::Parallel& pool() { return pool_; }
+
+ private:
+  simulation::Scene scene_;
+  simulation::SimulatedScanner tracer_;
+  parallel::ThreadPool pool_{2};
+  std::unique_ptr<model::PartialModel> model_;
+  std::shared_ptr<const model::PlanningView> view_;
+  uint64_t scans_ = 0;
+};
+
+PriorMesh MeshOf(const simulation::Scene& scene, float scale = 1) {
+  PriorMesh mesh{scene.mesh.vertices, scene.mesh.triangles};
+  for (Eigen::Vector3f& vertex : mesh.vertices) vertex *= scale;
+  return mesh;
+}
+
+PriorMesh HalfTurned(PriorMesh mesh) {
+  const Eigen::Vector3f middle = mesh.Bounds().center();
+  for (Eigen::Vector3f& vertex : mesh.vertices) {
+    vertex.head<2>() = 2 * middle.head<2>() - vertex.head<2>();
+  }
+  return mesh;
+}
+
+absl::StatusOr<PriorStanding> JudgeAt(const model::PlanningView& model, PriorMesh mesh,
+                                      const PriorPose& placement) {
+  const auto prior = SitePrior::Create(std::move(mesh), placement);
+  if (!prior.ok()) return prior.status();
+  return Judge(model, **prior);
+}
+
+// A placement that is off by 1.1 m, 6 degrees and 0.2 m in height.
+PriorPose Rough() {
+  PriorPose pose;
+  pose.translation = {0.9, -0.6, 0.2};
+  pose.yaw = 0.1;
+  return pose;
+}
+
+double Off(const PriorPose& pose, double scale, const Eigen::Vector3d& at) {
+  return (pose.ToModel(scale * at) - at).norm();
+}
+
+class FlatPriorTest : public ::testing::TestWithParam<int> {
+ protected:
+  ScannedScene flat_{simulation::FurnishedFlat(static_cast<uint64_t>(GetParam()))};
+};
+
+TEST_P(FlatPriorTest, ATrueOneIsAlignedByTheFirstScanWithItsScale) {
+  flat_.ScanFrom(flat_.scene().starts[0]);
+  const auto standing = JudgeAt(flat_.model(), MeshOf(flat_.scene(), 1.02F), Rough());
+  ASSERT_TRUE(standing.ok()) << standing.status();
+  ASSERT_EQ(standing->state, PriorState::kAligned) << standing->message;
+  EXPECT_NEAR(standing->alignment.pose.scale, 1 / 1.02, 0.006);
+  EXPECT_LT(Off(standing->alignment.pose, 1.02, flat_.scene().starts[0]), 0.06);
+  EXPECT_LT(standing->refuted_share, 0.1);
+  EXPECT_TRUE(standing->used());
+}
+
+TEST_P(FlatPriorTest, AWrongOneIsNotUsed) {
+  flat_.ScanFrom(flat_.scene().starts[0]);
+  // Not another flat: some have the same walls, and are right to be used.
+  const simulation::Scene other = simulation::PillarHall(static_cast<uint64_t>(GetParam()));
+  for (const PriorMesh& mesh : {HalfTurned(MeshOf(flat_.scene())), MeshOf(other)}) {
+    const auto standing = JudgeAt(flat_.model(), mesh, Rough());
+    ASSERT_TRUE(standing.ok()) << standing.status();
+    EXPECT_FALSE(standing->used()) << standing->message;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Flats, FlatPriorTest, testing::Range(101, 109));
+
+TEST(SitePriorTest, IsExpectedWhereItWasPlacedBeforeTheFirstScan) {
+  ScannedScene rooms(simulation::TwoRooms(1));
+  const auto standing = JudgeAt(rooms.model(), MeshOf(rooms.scene()), {});
+  ASSERT_TRUE(standing.ok()) << standing.status();
+  ASSERT_TRUE(standing->used());
+  EXPECT_EQ(standing->state, PriorState::kPlaced);
+  const auto site = planning::ExpectedSite::Of(*standing->space);
+  ASSERT_TRUE(site.ok());
+  EXPECT_FALSE((*site)->floors().empty());
+  planning::PlanningConfig config;
+  config.station_basis = planning::StationBasis::kExpected;
+  const auto problem = planning::PlanningProblem::Prepare(
+      {rooms.model(), Coarse(), config, nullptr, *site}, rooms.pool());
+  ASSERT_TRUE(problem.ok()) << problem.status();
+  EXPECT_GT((*problem)->feasible().cells().size(), 100u);
+  const planning::Plan plan =
+      planning::MakePlan(**problem, Rays(2'000'000), rooms.pool(), [](const planning::Plan&) {});
+  ASSERT_FALSE(plan.views.empty()) << plan.message;
+  EXPECT_TRUE(plan.views[0].expected.has_value());
+  EXPECT_TRUE(plan.views[0].expected->by_site_prior);
+  EXPECT_GT(plan.views[0].expected_gain, 5);
+  EXPECT_EQ(plan.views[0].model_gain, 0);
+  // With what is known alone there is nowhere to stand.
+  config.station_basis = planning::StationBasis::kKnown;
+  const auto known = planning::PlanningProblem::Prepare(
+      {rooms.model(), Coarse(), config, nullptr, *site}, rooms.pool());
+  ASSERT_TRUE(known.ok()) << known.status();
+  EXPECT_TRUE((*known)->feasible().cells().empty());
+}
+
+TEST(SitePriorTest, MakesNothingRegister) {
+  ScannedScene rooms(simulation::TwoRooms(1));
+  rooms.ScanFrom(rooms.scene().starts[0]);
+  const auto standing = JudgeAt(rooms.model(), MeshOf(rooms.scene()), {});
+  ASSERT_TRUE(standing.ok() && standing->used()) << standing.status();
+  const auto site = planning::ExpectedSite::Of(*standing->space);
+  planning::PlanningConfig config;
+  config.station_basis = planning::StationBasis::kExpected;
+  const auto with = planning::PlanningProblem::Prepare(
+      {rooms.model(), Coarse(), config, nullptr, *site}, rooms.pool());
+  const auto without =
+      planning::PlanningProblem::Prepare({rooms.model(), Coarse(), config}, rooms.pool());
+  ASSERT_TRUE(with.ok() && without.ok());
+  // What views are judged by was measured.
+  const planning::CellArrays& judged = (*with)->overlap().cells();
+  ASSERT_GT(judged.size(), 1000u);
+  for (size_t i = 0; i < judged.size(); ++i) {
+    const Eigen::Vector3f at(judged.x[i], judged.y[i], judged.z[i]);
+    const model::VoxelIndex v = rooms.model().At(at.cast<double>());
+    // The mean of samples may lie in a voxel beside.
+    const model::VoxelState state = rooms.model().State(v);
+    ASSERT_TRUE(state == model::VoxelState::kTrueSurface || state == model::VoxelState::kAbsorbed)
+        << at.transpose();
+  }
+  // It says more where nothing is known, and the same where something is.
+  size_t more = 0;
+  for (const model::BrickAt& at : (*with)->view().bricks()) {
+    for (int local = 0; local < model::Brick::kVoxels; ++local) {
+      const model::VoxelIndex v = model::PlanningView::Global(at.brick, local);
+      const model::VoxelState known = rooms.model().State(v);
+      const bool nothing = known == model::VoxelState::kUnknown || model::IsFalseSurface(known);
+      if (nothing) {
+        more += (*with)->view().State(v) != known ? 1 : 0;
+      } else {
+        ASSERT_EQ((*with)->view().State(v), known);
+      }
+    }
+  }
+  EXPECT_GT(more, 1000u);
+  // Behind the door the room is expected to its far end, which is farther than a room is without.
+  const auto far = [&](const planning::PlanningProblem& problem) {
+    double most = 0;
+    for (size_t i = 0; i < problem.feasible().cells().size(); ++i) {
+      most = std::max(most, (problem.feasible().Centre(i) - rooms.scene().starts[0]).norm());
+    }
+    return most;
+  };
+  EXPECT_GE(far(**with), far(**without) - 0.5);
+}
+
+TEST(SitePriorTest, IsRefutedWhereAWallIsGone) {
+  ScannedScene rooms(simulation::TwoRooms(1));
+  rooms.ScanFrom(rooms.scene().starts[0]);
+  // A wall through the middle of the room that was scanned.
+  const Eigen::Vector3d start = rooms.scene().starts[0];
+  PriorMesh mesh = MeshOf(rooms.scene());
+  const auto first = static_cast<uint32_t>(mesh.vertices.size());
+  const auto x = static_cast<float>(start.x() + 0.8);
+  const auto y = static_cast<float>(start.y());
+  mesh.vertices.insert(
+      mesh.vertices.end(),
+      {{x, y - 0.5F, 0}, {x, y + 0.5F, 0}, {x, y + 0.5F, 2.4F}, {x, y - 0.5F, 2.4F}});
+  mesh.triangles.push_back({first, first + 1, first + 2});
+  mesh.triangles.push_back({first, first + 2, first + 3});
+  const auto standing = JudgeAt(rooms.model(), mesh, {});
+  ASSERT_TRUE(standing.ok()) << standing.status();
+  ASSERT_EQ(standing->state, PriorState::kAligned) << standing->message;
+  EXPECT_GT(standing->gone_area, 0.2);
+  EXPECT_THAT(standing->message, HasSubstr("gone"));
+  const Eigen::Vector3d wall(x, y, 1.2);
+  EXPECT_EQ(standing->space->State(rooms.model().At(wall)), model::VoxelState::kUnknown);
+}
+
+// The door between two rooms was closed by a wall since: nothing is expected behind it.
+TEST(SitePriorTest, IsRefutedBehindANewWall) {
+  simulation::Scene scene = simulation::TwoRooms(1);
+  const PriorMesh prior = MeshOf(scene);
+  ASSERT_FALSE(scene.doorways.empty());
+  const simulation::SceneDoorway& door = scene.doorways.front();
+  const auto first = static_cast<uint32_t>(scene.mesh.vertices.size());
+  const Eigen::Vector2d half = door.along * (door.width / 2 + 0.1);
+  for (const double z : {0.0, 2.4}) {
+    for (const double side : {-1.0, 1.0}) {
+      const Eigen::Vector2d p = door.middle + side * half;
+      scene.mesh.vertices.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()),
+                                       static_cast<float>(z));
+    }
+  }
+  scene.mesh.triangles.push_back({first, first + 1, first + 3});
+  scene.mesh.triangles.push_back({first, first + 3, first + 2});
+  scene.mesh.material.resize(scene.mesh.triangles.size(), simulation::Material::kMatte);
+  const Eigen::Vector3d there = scene.starts.back();
+  ScannedScene open(simulation::TwoRooms(1));
+  ScannedScene closed(scene);
+  for (ScannedScene* rooms : {&open, &closed}) rooms->ScanFrom(scene.starts.front());
+  const auto as_it_was = JudgeAt(open.model(), prior, {});
+  const auto walled = JudgeAt(closed.model(), prior, {});
+  ASSERT_TRUE(as_it_was.ok() && as_it_was->used());
+  ASSERT_TRUE(walled.ok() && walled->used()) << walled.status();
+  EXPECT_TRUE(as_it_was->space->Empty(open.model().At(there)));
+  EXPECT_FALSE(walled->space->Empty(closed.model().At(there))) << walled->message;
+}
+
+TEST(SitePriorTest, SaysThatTheUnitIsWrongByTheTwoPoints) {
+  const auto metres = PlaceByPoints({{{{0, 0, 0}, {1, 1, 0}}, {{5000, 0, 0}, {1, 6, 0}}}});
+  EXPECT_EQ(metres.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(metres.status().message(), HasSubstr("give the unit, mm"));
+  const auto near = PlaceByPoints({{{{0, 0, 0}, {1, 1, 0}}, {{0.2, 0, 0}, {1.2, 1, 0}}}});
+  EXPECT_THAT(near.status().message(), HasSubstr("far ends"));
+  const auto fine = PlaceByPoints({{{{0, 0, 0}, {1, 1, 0.5}}, {{5, 0, 0}, {1, 6, 0.5}}}});
+  ASSERT_TRUE(fine.ok());
+  EXPECT_NEAR(fine->yaw, std::numbers::pi / 2, 1e-9);
+  EXPECT_LT((fine->ToModel({5, 0, 0}) - Eigen::Vector3d(1, 6, 0.5)).norm(), 1e-9);
+  EXPECT_LT((fine->ToPrior(fine->ToModel({5, 2, 1})) - Eigen::Vector3d(5, 2, 1)).norm(), 1e-9);
+}
+
+TEST(SitePriorTest, HasNoRoomWhereItLiesOnItsSide) {
+  ScannedScene rooms(simulation::TwoRooms(1));
+  PriorMesh wall;
+  wall.vertices = {{0, 0, 0}, {4, 0, 0}, {4, 0, 3}, {0, 0, 3}};
+  wall.triangles = {{0, 1, 2}, {0, 2, 3}};
+  const auto standing = JudgeAt(rooms.model(), wall, {});
+  EXPECT_EQ(standing.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(standing.status().message(), HasSubstr("no room"));
+}
+
+}  // namespace
+}  // namespace vantage::site_prior
