@@ -39,6 +39,24 @@ std::string ScansTable(const v1::PoseGraph& graph) {
   return table.ToString();
 }
 
+void PrintConnectivity(const v1::PoseGraph& graph) {
+  const v1::Connectivity& all = graph.connectivity();
+  if (all.tied_pair_count() > 0) {
+    std::printf(
+        "connected: two scans know of each other to %s in the mean, to %s at worst, along "
+        "the best chain of links%s\n",
+        Length(all.mean_path_sigma_m()).c_str(), Length(all.longest_path_sigma_m()).c_str(),
+        all.piece_count() > 1
+            ? absl::StrFormat("; nothing ties the %d pieces", all.piece_count()).c_str()
+            : "");
+  }
+  for (const v1::CutScan& cut : all.cut_scans()) {
+    std::printf("cut: without %s %d scan%s would be apart from the rest\n",
+                client::IdOf(cut.scan()).c_str(), cut.cut_off_scan_count(),
+                cut.cut_off_scan_count() == 1 ? "" : "s");
+  }
+}
+
 absl::StatusOr<ExitCode> RunLinks(Environment& environment, const LinksArguments& arguments) {
   v1::GetPoseGraphRequest request;
   request.set_name(client::SessionName(arguments.session));
@@ -62,6 +80,7 @@ absl::StatusOr<ExitCode> RunLinks(Environment& environment, const LinksArguments
                 client::IdOf(graph.links(i).first_scan()).c_str(),
                 client::IdOf(graph.links(i).second_scan()).c_str());
   }
+  PrintConnectivity(graph);
   for (const v1::WeakLink& link : graph.weak_links()) {
     const std::string hangs =
         link.bridge()

@@ -166,8 +166,19 @@ Html WeakLinks(const JobRecord& job, const std::vector<NumberedScan>& scans, con
             NumberOfScan(scans, advice.second_scan()), say.Length(advice.distance_m()),
             say.Length(advice.worst_sigma_before_m()), say.Length(advice.worst_sigma_after_m())));
   }
-  if (list.empty()) return list;
-  return Element("h3", say(Text::kWeakHeading)) + Element("ul", list);
+  const v1::Connectivity& all = job.graph.connectivity();
+  for (const v1::CutScan& cut : all.cut_scans()) {
+    list += Element("li",
+                    say(Text::kCutScan, NumberOfScan(scans, cut.scan()), cut.cut_off_scan_count()));
+  }
+  Html connected;
+  if (all.tied_pair_count() > 0) {
+    connected = Element("p", say(Text::kConnected, say.Length(all.mean_path_sigma_m()),
+                                 say.Length(all.longest_path_sigma_m()), all.piece_count(),
+                                 all.cut_scans_size(), all.bridge_indexes_size()));
+  }
+  if (list.empty()) return connected;
+  return connected + Element("h3", say(Text::kWeakHeading)) + Element("ul", list);
 }
 
 }  // namespace

@@ -234,6 +234,25 @@ absl::StatusOr<v1::PoseGraph> PoseAdjuster::Describe() const {
   const absl::StatusOr<registration::WeakLinks> weak =
       registration::FindWeakLinks(*graph, *adjustment, farthest);
   if (!weak.ok()) return weak.status();
+  std::vector<int32_t> place_of(graph->links().size(), -1);  // in the answer, of the graph's links
+  for (int i = 0; i < out.links_size(); ++i) {
+    const size_t link = places.at({out.links(i).first_scan(), out.links(i).second_scan()});
+    place_of[link] = i;
+    out.add_link_sigmas_m(weak->sigmas[link]);
+  }
+  v1::Connectivity& all = *out.mutable_connectivity();
+  all.set_piece_count(static_cast<int32_t>(weak->connectivity.pieces));
+  all.set_tied_pair_count(static_cast<int64_t>(weak->connectivity.tied_pairs));
+  all.set_mean_path_sigma_m(weak->connectivity.mean_path_sigma);
+  all.set_longest_path_sigma_m(weak->connectivity.longest_path_sigma);
+  for (const connectivity::CutStation& cut : weak->connectivity.cuts) {
+    v1::CutScan& to = *all.add_cut_scans();
+    to.set_scan(graph->nodes()[cut.station].id);
+    to.set_cut_off_scan_count(static_cast<int32_t>(cut.cut_off));
+  }
+  for (const connectivity::Bridge& bridge : weak->connectivity.bridges) {
+    if (place_of[bridge.link] >= 0) all.add_bridge_indexes(place_of[bridge.link]);
+  }
   for (const registration::WeakLink& link : weak->links) {
     v1::WeakLink& to = *out.add_weak_links();
     to.set_first_scan(graph->links()[link.link].a);

@@ -44,6 +44,9 @@ Benchmark BenchMemory;
 Benchmark BenchEvaluator;
 // fleet.*: several scanners on one job; `full`: on 1,000 m^2, with 1 to 8 scanners.
 Benchmark BenchFleet;
+// tour.stations.*: how many stations are chosen where the mesh is known. Not without the service,
+// whose client has the integer programme.
+Benchmark BenchCover;
 // align.*, predict.ms: registration, beside PCL's ICP, which `full` gives all of the pairs.
 Benchmark BenchRegistration;
 // site.*: views in the air, and places without a view; `full`: in 1,000 scenes. Coverage at the end

@@ -14,7 +14,9 @@
 #include <vector>
 
 #include "absl/strings/str_format.h"
+#include "core/confinement/reader.h"
 #include "core/parallel/thread_pool.h"
+#include "core/simulation/confined_mesh.h"
 #include "core/simulation/scenes/scene_use.h"
 #include "tests/bench/benchmarks.h"
 
@@ -90,6 +92,11 @@ constexpr auto kGroups = std::to_array<Group>({
     {"prepare", "prepare.", "steps A to C after the tenth scan, beside from nothing", 2,
      BenchPrepare},
     {"cycle", "cycle.", "from a scan to checked views", 1, BenchCycle},
+#ifdef VANTAGE_BENCH_COVER
+    {"cover", "tour.stations.",
+     "stations where the mesh is known, beside the integer optimum; small_house, if it is there", 5,
+     BenchCover},
+#endif
     {"fleet", "fleet.greedy_ratio fleet.joint4. fleet.job fleet.speedup4 fleet.waste_ratio",
      "several scanners on one job; --full: 1,000 m2, an hour and more", 8, BenchFleet},
     {"tour", "tour.",
@@ -154,6 +161,7 @@ int Run(const BenchOptions& options, const std::string& only, const std::string&
 }  // namespace vantage::bench
 
 int main(int argc, char** argv) {
+  vantage::confinement::RunIfReader(argc, argv, {vantage::simulation::MeshReader()});
   CLI::App app(
       "Benchmarks of Vantage, as ratios against references in the same run. 20 to 30 minutes on "
       "two "

@@ -199,6 +199,23 @@ TEST(Sections, WhatIsMetIsSaidSo) {
   EXPECT_THAT(All(job, {}), HasSubstr("(LOA20) at 95 % where 10.0 mm (LOA30) is required"));
 }
 
+TEST(Sections, HowWellAllHangsTogetherIsInNumbers) {
+  JobRecord job = Job();
+  EXPECT_THAT(All(job, {}), testing::Not(HasSubstr("best chain of links")));
+  v1::Connectivity& all = *job.graph.mutable_connectivity();
+  all.set_piece_count(1);
+  all.set_tied_pair_count(1);
+  all.set_mean_path_sigma_m(0.0031);
+  all.set_longest_path_sigma_m(0.0045);
+  v1::CutScan& cut = *all.add_cut_scans();
+  cut.set_scan(job.scans[1].name());
+  cut.set_cut_off_scan_count(3);
+  const std::string page = All(job, {});
+  EXPECT_THAT(page, HasSubstr("know of each other to 3.1 mm in the mean, and to 4.5 mm at worst"));
+  EXPECT_THAT(page, HasSubstr("stations whose loss would cut the job: 1"));
+  EXPECT_THAT(page, HasSubstr("Without station 2 stations would be apart"));
+}
+
 TEST(Sections, AJobWithoutScansHasAReport) {
   JobRecord job;
   job.session.set_name("sessions/empty");

@@ -506,6 +506,26 @@ TEST_F(PoseAdjusterTest, TheGraphSaysHowWellEachScanIsTied) {
               0.1 * sigma * std::sqrt(graph.variance_factor()));
   EXPECT_EQ(graph.model_version(), session_->model().Current().version);
   EXPECT_FALSE(graph.worst_scan().empty());
+  // A ring: every scan can go, and every link.
+  ASSERT_EQ(graph.link_sigmas_m_size(), kScans);
+  for (const double sigma_of_link : graph.link_sigmas_m()) EXPECT_GT(sigma_of_link, 0);
+  EXPECT_EQ(graph.connectivity().piece_count(), 1);
+  EXPECT_EQ(graph.connectivity().tied_pair_count(), kScans * (kScans - 1) / 2);
+  EXPECT_EQ(graph.connectivity().cut_scans_size(), 0);
+  EXPECT_EQ(graph.connectivity().bridge_indexes_size(), 0);
+  EXPECT_GE(graph.connectivity().mean_path_sigma_m(), graph.link_sigmas_m(0) * 0.99);
+  // Without one of them it is a chain, which each scan within it cuts.
+  Withdraw(2);
+  std::promise<absl::StatusOr<v1::GetPoseGraphResponse>> chain;
+  session_->DescribePoseGraph(
+      [&](absl::StatusOr<v1::GetPoseGraphResponse> got) { chain.set_value(std::move(got)); });
+  const absl::StatusOr<v1::GetPoseGraphResponse> open = chain.get_future().get();
+  ASSERT_TRUE(open.ok()) << open.status();
+  const v1::Connectivity& left = open->graph().connectivity();
+  EXPECT_EQ(left.cut_scans_size(), kScans - 3);
+  EXPECT_EQ(left.bridge_indexes_size(), kScans - 2);
+  for (const int index : left.bridge_indexes()) EXPECT_LT(index, open->graph().links_size());
+  EXPECT_GT(left.mean_path_sigma_m(), graph.connectivity().mean_path_sigma_m());
 }
 
 }  // namespace
