@@ -94,45 +94,83 @@ BrickSet Dropped(const absl::flat_hash_map<model::BrickKey, double>& refuted, do
   return dropped;
 }
 
-// The bricks that hang together with where a scanner stood by space that `free(v)` says is free.
+// Cells of two voxels a side, 64 to a brick: bit x + 4 y + 16 z stands for one. What is narrower is
+// no way: measured surface has holes.
+constexpr int kCellsOfSide = model::Brick::kSide / 2;
+static_assert(kCellsOfSide == 4, "a brick's cells are the bits of a word");
+using CellMask = uint64_t;
+
+struct AxisOfCells {
+  int step;        // from a cell's bit to that of the next one along the axis
+  CellMask first;  // the cells at the brick's lower side
+  CellMask last;   // and at its upper side
+};
+constexpr std::array<AxisOfCells, 3> kAxes = {{{1, 0x1111111111111111, 0x8888888888888888},
+                                               {4, 0x000f000f000f000f, 0xf000f000f000f000},
+                                               {16, 0x000000000000ffff, 0xffff000000000000}}};
+
+// The cells, by brick, that hang together with where a scanner stood by space of which `free(v)`
+// says that it is free.
 template <typename Free>
-BrickSet ReachedFrom(const model::PlanningView& model, const model::PlanningView& space,
-                     Free&& free) {
-  constexpr int kLeastWay =
-      6;  // pairs of voxels of a face: a hand's breadth, the height of a brick
-  BrickSet reached;
-  std::vector<model::VoxelIndex> front;
-  const auto visit = [&](const model::VoxelIndex& brick) {
-    if (reached.insert(model::KeyOf(brick)).second) front.push_back(brick);
+absl::flat_hash_map<model::BrickKey, CellMask> ReachedFrom(const model::PlanningView& model,
+                                                           const model::PlanningView& space,
+                                                           Free&& free) {
+  const auto free_cells = [&](const model::VoxelIndex& brick) {
+    CellMask cells = 0;
+    for (int bit = 0; bit < 64; ++bit) {
+      const model::VoxelIndex low =
+          brick * model::Brick::kSide + 2 * model::VoxelIndex(bit % 4, bit / 4 % 4, bit / 16);
+      bool all = true;
+      for (int corner = 0; corner < 8 && all; ++corner) {
+        all = free(low + model::VoxelIndex(corner & 1, (corner >> 1) & 1, corner >> 2));
+      }
+      cells |= all ? CellMask{1} << bit : 0;
+    }
+    return cells;
   };
-  for (const model::Station& station : model.stations()) {
-    visit(model::Brick::Of(model.At(station.position)));
-  }
+  absl::flat_hash_map<model::BrickKey, CellMask> free_of;
+  absl::flat_hash_map<model::BrickKey, CellMask> reached;
+  std::vector<model::VoxelIndex> front;
   const model::VoxelIndex low = model::Brick::Of(space.bounds().min);
   const model::VoxelIndex high = model::Brick::Of(space.bounds().max);
+  const auto visit = [&](const model::VoxelIndex& brick, CellMask cells) {
+    if (cells == 0 || (brick.array() < low.array()).any() || (brick.array() > high.array()).any()) {
+      return;
+    }
+    const model::BrickKey key = model::KeyOf(brick);
+    const auto [known, fresh] = free_of.try_emplace(key, 0);
+    if (fresh) known->second = free_cells(brick);
+    CellMask& there = reached[key];
+    const CellMask added = cells & known->second & ~there;
+    if (added == 0) return;
+    there |= added;
+    front.push_back(brick);
+  };
+  for (const model::Station& station : model.stations()) {
+    visit(model::Brick::Of(model.At(station.position)), ~CellMask{0});
+  }
   while (!front.empty()) {
     const model::VoxelIndex brick = front.back();
     front.pop_back();
-    for (int axis = 0; axis < 3; ++axis) {
-      for (const int way : {-1, 1}) {
-        model::VoxelIndex next = brick;
-        next[axis] += way;
-        if ((next.array() < low.array()).any() || (next.array() > high.array()).any()) continue;
-        if (reached.contains(model::KeyOf(next))) continue;
-        int pairs = 0;
-        for (int i = 0; i < model::Brick::kSide && pairs < kLeastWay; ++i) {
-          for (int k = 0; k < model::Brick::kSide && pairs < kLeastWay; ++k) {
-            model::VoxelIndex v = brick * model::Brick::kSide;
-            v[axis] += way > 0 ? model::Brick::kSide - 1 : 0;
-            v[(axis + 1) % 3] += i;
-            v[(axis + 2) % 3] += k;
-            model::VoxelIndex w = v;
-            w[axis] += way;
-            pairs += free(v) && free(w) ? 1 : 0;
-          }
-        }
-        if (pairs >= kLeastWay) visit(next);
+    const model::BrickKey key = model::KeyOf(brick);
+    const CellMask open = free_of.at(key);
+    CellMask cells = reached.at(key);
+    for (CellMask before = 0; before != cells;) {
+      before = cells;
+      for (const AxisOfCells& axis : kAxes) {
+        cells |= ((cells & ~axis.last) << axis.step) | ((cells & ~axis.first) >> axis.step);
       }
+      cells &= open;
+    }
+    reached[key] = cells;
+    for (int k = 0; k < 3; ++k) {
+      const AxisOfCells& axis = kAxes[static_cast<size_t>(k)];
+      const int across = (kCellsOfSide - 1) * axis.step;
+      model::VoxelIndex next = brick;
+      next[k] += 1;
+      visit(next, (cells & axis.last) >> across);
+      next[k] -= 2;
+      visit(next, (cells & axis.first) << across);
     }
   }
   return reached;
@@ -142,15 +180,16 @@ BrickSet ReachedFrom(const model::PlanningView& model, const model::PlanningView
 // alone, and no more by what is known and, where nothing is, by the prior.
 void DropCutOff(const model::PlanningView& model, const model::PlanningView& space,
                 BrickSet& dropped) {
-  const BrickSet before =
+  const auto before =
       ReachedFrom(model, space, [&](const model::VoxelIndex& v) { return space.Empty(v); });
-  const BrickSet after = ReachedFrom(model, space, [&](const model::VoxelIndex& v) {
+  const auto after = ReachedFrom(model, space, [&](const model::VoxelIndex& v) {
     const model::VoxelState known = model.State(v);
     if (known == model::VoxelState::kEmpty) return true;
     return !IsMeasured(known) && space.Empty(v);
   });
-  for (const model::BrickKey key : before) {
-    if (!after.contains(key)) dropped.insert(key);
+  for (const auto& [key, cells] : before) {
+    const auto it = after.find(key);
+    if (cells != 0 && (it == after.end() || it->second == 0)) dropped.insert(key);
   }
 }
 
