@@ -159,7 +159,8 @@ TEST(Rules, ReadersChangeNothing) {
     const std::string name(rule.method);
     const bool looks = name.rfind("Get", 0) == 0 || name.rfind("List", 0) == 0 ||
                        name.rfind("Watch", 0) == 0 || name.rfind("Export", 0) == 0 ||
-                       name.rfind("Evaluate", 0) == 0 || name.rfind("Compare", 0) == 0;
+                       name.rfind("Evaluate", 0) == 0 || name.rfind("Compare", 0) == 0 ||
+                       name == "CreateTour";  // which nobody keeps
     EXPECT_EQ(rule.mutates, !looks) << name;
     EXPECT_FALSE(rule.needs == auth::Role::kRead && rule.mutates) << name;
   }

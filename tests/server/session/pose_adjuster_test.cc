@@ -525,7 +525,10 @@ TEST_F(PoseAdjusterTest, TheGraphSaysHowWellEachScanIsTied) {
   EXPECT_EQ(left.cut_scans_size(), kScans - 3);
   EXPECT_EQ(left.bridge_indexes_size(), kScans - 2);
   for (const int index : left.bridge_indexes()) EXPECT_LT(index, open->graph().links_size());
-  EXPECT_GT(left.mean_path_sigma_m(), graph.connectivity().mean_path_sigma_m());
+  // Sigmas have the variance factor: the ring's links disagree, of a chain nothing is known.
+  EXPECT_EQ(open->graph().variance_factor(), 1);
+  EXPECT_GT(left.mean_path_sigma_m(),
+            graph.connectivity().mean_path_sigma_m() / std::sqrt(graph.variance_factor()));
 }
 
 }  // namespace
