@@ -220,9 +220,10 @@ TEST_F(RingCorridorTest, TheLastScanClosesTheChainAndItsWithdrawalOpensItAgain) 
     RecordProperty("rms_before_mm", std::to_string(1000 * before));
     RecordProperty("rms_after_mm", std::to_string(1000 * after));
     EXPECT_GT(before, 0.004) << "the chain was to drift";
-    // By a quarter at least. Of what lies along the corridor pairs of scans share less than the square
-    // metre and a half that a link has to rest on (core/registration/experiments.md, 'Things side
-    // by side'): links that rest on less made it 0.57 here, and were centimetres off elsewhere.
+    // By a quarter at least. Of what lies along the corridor pairs of scans share less than the
+    // square metre and a half that a link has to rest on (core/registration/experiments.md, 'Things
+    // side by side'): links that rest on less made it 0.57 here, and were centimetres off
+    // elsewhere.
     EXPECT_LT(after, 0.75 * before);
     EXPECT_THAT(Vantage(server, {"scan", "show", "ring/scan-7"}).out,
                 HasSubstr("from where it was registered; now known to"));
