@@ -49,7 +49,7 @@ constexpr double kMinute = 60;  // s
 absl::Status AddHours(const std::string& given, v1::TourWish& wish) {
   const size_t equals = given.rfind('=');
   const size_t dash = equals == std::string::npos ? equals : given.find('-', equals);
-  const absl::Status wrong = absl::InvalidArgumentError(
+  absl::Status wrong = absl::InvalidArgumentError(
       absl::StrCat("--hours '", given,
                    "' is not of the form REGION=FROM-UNTIL, in minutes after the beginning"));
   if (dash == std::string::npos) return wrong;

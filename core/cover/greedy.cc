@@ -22,7 +22,7 @@ size_t FewestThatAdd(std::vector<int64_t> gains, int64_t missing) {
 // on the way that promises most.
 class Ways {
  public:
-  explicit Ways(const Choice& choice) : choice_(choice) {
+  explicit Ways(const Choice& choice) {
     const Instance& instance = choice.instance();
     const size_t count = instance.candidates();
     steps_.assign(count, 0);
@@ -68,7 +68,6 @@ class Ways {
   }
 
  private:
-  const Choice& choice_;
   std::vector<Index> order_;
   std::vector<size_t> steps_;  // 0: not met
   std::vector<int64_t> promised_;

@@ -93,7 +93,7 @@ absl::Status TourTable::Add(std::span<const Candidate> candidates, const paralle
     if (row.brought.has_value()) row.sight = overlap_.SightFrom(fresh[k], budget, row.rays);
     if (row.sight.has_value()) row.anchored = overlap_.HoldsOnKnown(*row.sight);
   });
-  const absl::Status stopped = absl::CancelledError("the tour's table");
+  absl::Status stopped = absl::CancelledError("the tour's table");
   for (const Row& row : rows) {
     if (!row.sight.has_value()) return stopped;
   }

@@ -59,6 +59,7 @@ std::vector<WorthStep> WorthCurve(const OrderProblem& problem, Routes routes,
       uint32_t station = 0;
     };
     std::vector<Leave> order;
+    order.reserve(left.size());
     for (const uint32_t station : left) {
       order.push_back({Loss(covers[station], times, weights), station});
     }

@@ -241,6 +241,7 @@ class Tours {
   void ReportMinutes(size_t scanners, const tour::Tour& tour, const std::vector<uint32_t>& greedy) {
     tour::Ways ways(*problem_);
     std::vector<Eigen::Vector3d> places;
+    places.reserve(greedy.size());
     for (const uint32_t i : greedy) places.push_back(table_->candidates()[i].position);
     const auto walk = ways.Between(places, places, parallel::Budget::Unlimited(), parallel_);
     const tour::TourRequest request = Request(scanners);

@@ -31,6 +31,7 @@ std::vector<size_t> Pieces(size_t stations, const std::vector<StationLink>& link
     if (i != without) ++sizes[piece[i]];
   }
   std::vector<size_t> list;
+  list.reserve(sizes.size());
   for (const auto& [name, size] : sizes) list.push_back(size);
   return list;
 }

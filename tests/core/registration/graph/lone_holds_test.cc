@@ -18,7 +18,9 @@ void AddPlane(const Vector3d& middle, const Vector3d& normal, int count,
   const Vector3d v = normal.cross(u);
   const int side = static_cast<int>(std::ceil(std::sqrt(count)));
   for (int i = 0; i < count; ++i) {
-    const Vector3d at = middle + 0.2 * (i % side - side / 2) * u + 0.2 * (i / side - side / 2) * v;
+    const int column = i % side - side / 2;
+    const int row = i / side - side / 2;
+    const Vector3d at = middle + 0.2 * column * u + 0.2 * row * v;
     constraints.push_back({at, normal, 1e-6, 1.0, 0.0});
   }
 }
