@@ -183,7 +183,8 @@ class NodeTest(ServedTest):
         anew.subscribed["points"](unknown)
         anew.subscribed["points"](first)
         anew.sending.submit(lambda: None).result()
-        self.assertEqual(anew.said, ["7"])
+        # On a busy machine its plan may end without a view, and say so.
+        self.assertEqual([line for line in anew.said if not line.startswith("done: ")], ["7"])
         self.assertEqual(len(list(anew.job.scans())), 2)
         anew.client.close()
 
