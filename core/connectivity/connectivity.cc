@@ -28,7 +28,8 @@ class Walk {
         below_(ways.size(), 1),
         parts_(ways.size()),
         roots_(ways.size(), 0),
-        beyond_(links.size(), 0) {
+        beyond_(links.size(), 0),
+        piece_(ways.size(), 0) {
     for (uint32_t i = 0; i < ways.size(); ++i) {
       if (met_[i] != 0) continue;
       From(i);
@@ -36,7 +37,7 @@ class Walk {
     }
   }
 
-  void Describe(Connectivity& connectivity) const {
+  void Describe(std::span<const StationLink> links, Connectivity& connectivity) const {
     connectivity.pieces = sizes_.size();
     for (const size_t size : sizes_) connectivity.tied_pairs += uint64_t{size} * (size - 1) / 2;
     for (uint32_t i = 0; i < ways_.size(); ++i) {
@@ -53,14 +54,9 @@ class Walk {
     }
     for (size_t l = 0; l < beyond_.size(); ++l) {
       if (beyond_[l] == 0) continue;
-      const size_t piece = sizes_[piece_of_link_.at(l)];
+      const size_t piece = sizes_[piece_[links[l].a]];
       connectivity.bridges.push_back({l, std::min(beyond_[l], piece - beyond_[l])});
     }
-  }
-
-  void NamePieces(std::span<const StationLink> links) {
-    piece_of_link_.resize(links.size());
-    for (size_t l = 0; l < links.size(); ++l) piece_of_link_[l] = piece_[links[l].a];
   }
 
  private:
@@ -99,7 +95,6 @@ class Walk {
   }
   void Meet(uint32_t station) {
     met_[station] = low_[station] = ++clock_;
-    piece_.resize(ways_.size());
     piece_[station] = sizes_.size();
   }
 
@@ -111,7 +106,6 @@ class Walk {
   std::vector<uint8_t> roots_;
   std::vector<size_t> beyond_;  // by link, of bridges
   std::vector<size_t> piece_;
-  std::vector<size_t> piece_of_link_;
   std::vector<size_t> sizes_;  // by piece
   uint32_t clock_ = 0;
 };
@@ -157,9 +151,7 @@ absl::StatusOr<Connectivity> MeasureConnectivity(size_t stations,
     ways[link.b].push_back({link.a, l});
   }
   Connectivity connectivity;
-  Walk walk(ways, links);
-  walk.NamePieces(links);
-  walk.Describe(connectivity);
+  Walk(ways, links).Describe(links, connectivity);
   double sum = 0;
   for (uint32_t i = 0; i < stations; ++i) {
     const std::vector<double> variances = VariancesFrom(i, ways, links);

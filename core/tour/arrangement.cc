@@ -8,6 +8,7 @@ namespace {
 
 constexpr int kOrders = 4;        // that are tried until every station registers
 constexpr size_t kLessSteps = 4;  // of the search, where it begins with the order before
+constexpr size_t kFewSteps = 50;  // the same, where stations are only taken out
 constexpr double kMinute = 60;
 constexpr int kMostDays = 60;
 
@@ -26,14 +27,13 @@ Arranger::Arranger(const planning::PlanningProblem& problem, const TourRequest& 
 
 bool Arranger::Linked(uint32_t a, uint32_t b) const {
   const std::vector<uint32_t>& links = table_.cover().links[a];
-  return std::binary_search(links.begin(), links.end(), b) &&
-         std::find(struck_.begin(), struck_.end(), Pair(a, b)) == struck_.end();
+  return std::binary_search(links.begin(), links.end(), b) && !struck_.contains(Pair(a, b));
 }
 
 bool Arranger::Anchored(uint32_t candidate) const {
   const std::vector<uint32_t>& anchored = table_.cover().anchored;
   return std::binary_search(anchored.begin(), anchored.end(), candidate) &&
-         std::find(loose_.begin(), loose_.end(), candidate) == loose_.end();
+         !loose_.contains(candidate);
 }
 
 cover::CoverProblem Arranger::Links() const {
@@ -62,6 +62,7 @@ std::optional<Eigen::Vector3d> Arranger::StartOf(size_t scanner) const {
 OrderProblem Arranger::ProblemOf(std::span<const uint32_t> stations, const parallel::Budget& budget,
                                  parallel::Parallel& parallel) {
   OrderProblem order;
+  order.rooted = table_.overlap().AnyKnown();
   std::vector<Eigen::Vector3d> places;
   for (const uint32_t station : stations) {
     places.push_back(table_.candidates()[station].position);
@@ -171,8 +172,10 @@ void Arranger::Schedule(std::span<const uint32_t> stations, size_t steps,
     }
     // What was struck out changes little: the order before is where the search begins.
     const bool again = day == 0 && made.stations == left && !made.routes.empty();
+    // All days together take a few times what one does.
+    const size_t of_day = steps / static_cast<size_t>(day + 1);
     const Routes routes =
-        OrderStations(order, again ? steps / kLessSteps : steps, problem_.config().seed, budget,
+        OrderStations(order, again ? of_day / kLessSteps : of_day, problem_.config().seed, budget,
                       again ? std::optional(made.routes) : std::nullopt);
     if (day == 0) {
       made.order = order;
@@ -232,11 +235,11 @@ bool Arranger::Check(const parallel::Budget& budget, parallel::Parallel& paralle
     stop.verdict = *std::move(judged[k].verdict);
     if (stop.verdict.registered()) continue;
     all = false;
-    if (Anchored(stop.candidate)) loose_.push_back(stop.candidate);
+    if (Anchored(stop.candidate)) loose_.insert(stop.candidate);
     for (const ArrangedStop& other : made.stops) {
       if (EndsAfter(other.end, stop.start) || &other == &stop) continue;
       if (Linked(stop.candidate, other.candidate)) {
-        struck_.push_back(Pair(stop.candidate, other.candidate));
+        struck_.insert(Pair(stop.candidate, other.candidate));
       }
     }
   }
@@ -248,10 +251,15 @@ Arrangement Arranger::Arrange(std::span<const uint32_t> stations, size_t steps,
   Arrangement made;
   std::vector<uint32_t> left(stations.begin(), stations.end());
   for (int round = 0;; ++round) {
-    Schedule(left, steps, budget, parallel, made);
+    // What is left out in the end needs no better order than there is.
+    Schedule(left, round < kOrders ? steps : steps / kFewSteps, budget, parallel, made);
+    if (budget.Expired()) {
+      made.finished = false;
+      break;
+    }
     const bool all = Check(budget, parallel, made);
-    // Where a door is closed when everybody could be there, or nothing ties a station to the rest,
-    // no order helps.
+    // Where a room is closed whenever a scanner could be in it, or nothing ties a station to the
+    // rest, no order helps.
     std::vector<uint32_t> drop;
     for (const ArrangedStop& stop : made.stops) {
       if (!stop.verdict.registered() && made.finished && round + 1 >= kOrders) {
@@ -273,8 +281,20 @@ Arrangement Arranger::Arrange(std::span<const uint32_t> stations, size_t steps,
     if (drop.empty() && (all || !made.finished)) break;
     if (left.empty()) {
       made.stops.clear();
+      made.done.assign(request_.scanners.size(), 0);
+      made.minutes = 0;
+      made.routes.clear();
+      made.stations.clear();
       break;
     }
+  }
+  // What no day is long enough for is in no route.
+  for (std::vector<uint32_t>& route : made.routes) {
+    std::erase_if(route, [&](uint32_t at) {
+      return std::none_of(made.stops.begin(), made.stops.end(), [&](const ArrangedStop& stop) {
+        return stop.candidate == made.stations[at];
+      });
+    });
   }
   made.area = table_.Weight(left);
   return made;

@@ -1,5 +1,5 @@
-// Chosen stations made into a tour: ordered, checked station by station, and told with its figures
-// (algorithm.md section 12, 'The order').
+// Chosen stations made into a tour: ordered, and checked station by station (algorithm.md section
+// 12, 'The order').
 #ifndef VANTAGE_CORE_TOUR_ARRANGEMENT_H_
 #define VANTAGE_CORE_TOUR_ARRANGEMENT_H_
 
@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "absl/container/flat_hash_set.h"
 #include "core/cover/cover_problem.h"
 #include "core/parallel/budget.h"
 #include "core/parallel/parallel.h"
@@ -54,7 +55,7 @@ struct Arrangement {
 // anew where one would not register then, with what it relied on struck out. References are kept.
 class Arranger {
  public:
-  // `links` and `anchored` are the table's; what the checks strike out of them stays out.
+  // What the checks strike out of the table's links and anchors stays out.
   Arranger(const planning::PlanningProblem& problem, const TourRequest& request,
            const TourTable& table, Ways& ways);
 
@@ -85,8 +86,10 @@ class Arranger {
   const TourRequest& request_;
   const TourTable& table_;
   Ways& ways_;
-  std::vector<std::pair<uint32_t, uint32_t>> struck_;  // links that do not hold, smaller first
-  std::vector<uint32_t> loose_;                        // candidates that are not anchored after all
+  // Links by which a station would not register, smaller first, and candidates that are not
+  // anchored after all.
+  absl::flat_hash_set<std::pair<uint32_t, uint32_t>> struck_;
+  absl::flat_hash_set<uint32_t> loose_;
   uint64_t rays_ = 0;
 };
 

@@ -1,6 +1,8 @@
 #include "core/tour/make_tour.h"
 
 #include <algorithm>
+#include <array>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -36,14 +38,21 @@ constexpr size_t kSteps = 500'000;
 // Work of a choice, as cover counts it: some nanoseconds each.
 constexpr uint64_t kFirstChoice = 100'000'000;
 constexpr uint64_t kChoice = 1'000'000'000;
-// Of a tour with a work limit, for each ray of it.
+// Work of a choice for each ray that the budget allows: both take some nanoseconds, and choosing is
+// to have a fifth of the time.
 constexpr uint64_t kChoicePerRay = 5;
+// By how much arranging may go beyond the budget, of it, and s at least: what was chosen would be
+// for nothing otherwise.
+constexpr double kShareBeyond = 0.1;
+constexpr double kLeastBeyond = 5;
 constexpr double kShareOfChoice = 0.2;  // of the time that is left
 // An earlier tour is kept where a new one is not shorter by more scans than this.
 constexpr size_t kWorthChanging = 1;
 constexpr double kSamePlace = 0.5;  // m
 constexpr size_t kOpenPlaces = 10;
 constexpr uint64_t kBytesOfSight = 8;  // an element and a share
+constexpr size_t kFewestNew = 8;       // candidates, for which a round is worth its while
+constexpr double kShortestScan = 0.5;  // minutes: nobody sets up and scans in less
 
 absl::Status Wrong(const std::string& what) { return absl::InvalidArgumentError(what); }
 
@@ -86,6 +95,9 @@ absl::Status Validate(const planning::PlanningProblem& problem, const TourReques
     if (!(hours.open.from >= 0 && hours.open.until > hours.open.from)) {
       return Wrong(absl::StrCat("tour: hours[", i, "] must open before it closes"));
     }
+  }
+  if (!request.previous.empty() && (request.minutes.has_value() || request.scans.has_value())) {
+    return Wrong("tour: previous goes with a goal, not with minutes or scans");
   }
   for (const Eigen::Vector3d& place : request.previous) {
     if (!place.allFinite()) return Wrong("tour: previous needs finite places");
@@ -143,7 +155,7 @@ class TourMaker {
         if (best_number_ == before || finer <= problem_.feasible().cell_size()) break;
       }
     }
-    return Show(!budget_.Expired());
+    return Show(!cut_ && !budget_.Expired() && Spent() < budget_.work_limit);
   }
 
  private:
@@ -190,7 +202,8 @@ class TourMaker {
   // False when nothing was tried: there is no budget left, or no candidate is new.
   bool Refine(const std::vector<Candidate>& beside, double spacing, size_t most) {
     const parallel::Budget evaluating = budget_.Evaluating();
-    if (most < 8 || evaluating.Expired() || Spent() >= budget_.work_limit) return false;
+    cut_ = cut_ || most < request_.most_candidates;
+    if (most < kFewestNew || evaluating.Expired() || Spent() >= budget_.work_limit) return false;
     const size_t before = table_->candidates().size();
     if (!Add(SpreadViews(problem_, spacing, most, beside), evaluating).ok()) return false;
     if (table_->candidates().size() == before) return false;
@@ -211,7 +224,7 @@ class TourMaker {
     for (int k = 0; k < kChoices; ++k) {
       std::optional<Made> made = ChooseAndArrange(budget, choice_work, steps);
       if (!made.has_value()) return;
-      const bool again = made->lost >= WorthAScan();
+      const bool again = made->lost > 0 && made->lost >= WorthAScan();
       Keep(*std::move(made));
       if (!again || budget.Expired()) return;
     }
@@ -219,11 +232,32 @@ class TourMaker {
 
   struct Made {
     Arrangement arrangement;
-    size_t fewest = 0;
-    bool reaches_goal = true;
-    size_t kept = 0;
+    bool reaches_goal = false;
     double lost = 0;  // m^2, by stations that were left out since they would not register
   };
+  // A tour of no station.
+  Made Nothing(bool reaches_goal) const {
+    Made made;
+    made.reaches_goal = reaches_goal;
+    made.arrangement.done.assign(request_.scanners.size(), 0);
+    return made;
+  }
+
+  // The budget of an order: that of the first tour is cancellation alone, since there is to be an
+  // answer.
+  parallel::Budget OfOrder() const {
+    parallel::Budget part = parallel::Budget::Unlimited();
+    part.cancelled = budget_.cancelled;
+    part.now = budget_.now;
+    if (best_.has_value() && budget_.deadline != parallel::Budget::Clock::time_point::max()) {
+      const std::chrono::duration<double> whole = budget_.deadline - began_;
+      const std::chrono::duration<double> beyond(
+          std::max(kLeastBeyond, kShareBeyond * whole.count()));
+      part.deadline =
+          budget_.deadline + std::chrono::duration_cast<parallel::Budget::Clock::duration>(beyond);
+    }
+    return part;
+  }
 
   parallel::Budget OfChoice(const parallel::Budget& budget, uint64_t work) const {
     parallel::Budget part = budget;
@@ -240,12 +274,14 @@ class TourMaker {
                                        size_t steps) {
     const cover::CoverProblem cover = arranger_->Links();
     const parallel::Budget choosing = OfChoice(budget, work);
+    // Where something is measured a scan has to register to it: the first station is not free.
+    if (overlap_->AnyKnown() && cover.anchored.empty()) return Nothing(GoalWeight() <= 0);
     if (request_.minutes.has_value() || request_.scans.has_value()) {
       return WithinLimits(cover, choosing, budget, steps);
     }
-    Made made;
     const double goal = GoalWeight();
-    if (goal <= 0) return made;
+    if (goal <= 0) return Nothing(true);
+    Made made = Nothing(false);
     // What was found from fewer candidates is where the search begins.
     std::vector<uint32_t> known;
     if (best_.has_value()) {
@@ -254,43 +290,65 @@ class TourMaker {
     auto chosen = cover::ChooseFewest(cover, goal, choosing, known);
     if (!chosen.ok()) return std::nullopt;
     std::vector<uint32_t> stations = chosen->cover.stations;
-    made.fewest = chosen->least;
-    made.reaches_goal = chosen->complete;
-    if (previous_ > 0) made.kept = KeepPrevious(cover, goal, choosing, stations);
-    const bool trimmed = !request_.goal.has_value() && LeaveOutWhatIsNotWorthIt(cover, stations);
-    if (!request_.goal.has_value()) made.fewest = 0;
-    // What was chosen is arranged to the end: some seconds on a large site, without which the
-    // choice would have been for nothing.
-    parallel::Budget arranging = parallel::Budget::Unlimited();
-    arranging.cancelled = budget_.cancelled;
+    // Of the candidates that there are by now, whichever the best tour was chosen from.
+    fewest_ = request_.goal.has_value() ? chosen->least : 0;
+    fewest_of_ = table_->candidates().size();
+    const parallel::Budget arranging = OfOrder();
+    if (previous_ > 0) KeepPrevious(cover, goal, choosing, arranging, stations);
+    const bool trimmed =
+        !request_.goal.has_value() && LeaveOutWhatIsNotWorthIt(cover, arranging, stations);
     made.arrangement = arranger_->Arrange(stations, steps, arranging, parallel_);
     if (!made.arrangement.finished || arranging.Expired()) return std::nullopt;
-    made.reaches_goal = trimmed ? chosen->complete : made.arrangement.area >= goal * (1 - 1e-9);
+    const double chosen_area = table_->Weight(stations);
+    made.lost = chosen_area - made.arrangement.area;
+    made.reaches_goal =
+        chosen->complete && made.arrangement.area >= (trimmed ? chosen_area : goal) * (1 - 1e-9);
     return made;
   }
 
   // m^2 by which a plan judges whether a scan is worth it.
   double WorthAScan() const { return problem_.config().terminate_below; }
 
+  // m^2 that each of the stations alone brings.
+  std::vector<double> OwnAreas(const std::vector<uint32_t>& stations) const {
+    const std::vector<cover::ElementSet>& covers = table_->cover().covers;
+    cover::ElementSet once((elements_.weights.size() + 63) / 64, 0);
+    cover::ElementSet twice = once;
+    for (const uint32_t station : stations) {
+      for (size_t w = 0; w < once.size(); ++w) {
+        twice[w] |= once[w] & covers[station][w];
+        once[w] |= covers[station][w];
+      }
+    }
+    std::vector<double> areas;
+    areas.reserve(stations.size());
+    for (const uint32_t station : stations) {
+      cover::ElementSet own = covers[station];
+      for (size_t w = 0; w < own.size(); ++w) own[w] &= ~twice[w];
+      areas.push_back(table_->Weight(own));
+    }
+    return areas;
+  }
+
   // Takes out stations that bring less than a scan is worth beyond the others, the least first, if
   // the others hang together without them. True when there were any.
-  bool LeaveOutWhatIsNotWorthIt(const cover::CoverProblem& cover,
+  bool LeaveOutWhatIsNotWorthIt(const cover::CoverProblem& cover, const parallel::Budget& budget,
                                 std::vector<uint32_t>& stations) const {
     const size_t before = stations.size();
-    for (;;) {
-      const double all = table_->Weight(stations);
+    while (!budget.Expired()) {
+      const std::vector<double> areas = OwnAreas(stations);
       std::vector<std::pair<double, size_t>> losses;
       for (size_t k = 0; k < stations.size(); ++k) {
-        const double loss = all - table_->Weight(Without(stations, k));
-        if (loss < WorthAScan()) losses.emplace_back(loss, k);
+        if (areas[k] < WorthAScan()) losses.emplace_back(areas[k], k);
       }
       std::sort(losses.begin(), losses.end());
       const auto leaves = std::find_if(losses.begin(), losses.end(), [&](const auto& loss) {
         return HangTogether(cover, Without(stations, loss.second));
       });
-      if (leaves == losses.end()) return stations.size() < before;
+      if (leaves == losses.end()) break;
       stations = Without(stations, leaves->second);
     }
+    return stations.size() < before;
   }
   static std::vector<uint32_t> Without(std::vector<uint32_t> stations, size_t k) {
     stations.erase(stations.begin() + static_cast<ptrdiff_t>(k));
@@ -322,32 +380,19 @@ class TourMaker {
   }
 
   // Replaces the stations by those of the earlier tour that still pay and what is needed besides,
-  // where that is not more than one longer. Returns how many were kept.
-  size_t KeepPrevious(const cover::CoverProblem& cover, double goal,
-                      const parallel::Budget& choosing, std::vector<uint32_t>& stations) {
+  // where those are not more by more than kWorthChanging.
+  void KeepPrevious(const cover::CoverProblem& cover, double goal, const parallel::Budget& choosing,
+                    const parallel::Budget& arranging, std::vector<uint32_t>& stations) const {
     std::vector<uint32_t> kept;
     for (uint32_t i = 0; i < previous_; ++i) kept.push_back(i);
     // What the others bring anyway is not gone for again: the least first.
-    for (bool left_out = true; left_out && !kept.empty();) {
-      left_out = false;
-      const double all = table_->Weight(kept);
-      size_t least = 0;
-      double loss = std::numeric_limits<double>::infinity();
-      for (size_t k = 0; k < kept.size(); ++k) {
-        std::vector<uint32_t> others = kept;
-        others.erase(others.begin() + static_cast<ptrdiff_t>(k));
-        const double here = all - table_->Weight(others);
-        if (here < loss) {
-          loss = here;
-          least = k;
-        }
-      }
-      if (loss < WorthAScan()) {
-        kept.erase(kept.begin() + static_cast<ptrdiff_t>(least));
-        left_out = true;
-      }
+    while (!kept.empty() && !arranging.Expired()) {
+      const std::vector<double> areas = OwnAreas(kept);
+      const auto least = std::min_element(areas.begin(), areas.end());
+      if (*least >= WorthAScan()) break;
+      kept.erase(kept.begin() + (least - areas.begin()));
     }
-    if (kept.empty()) return 0;
+    if (kept.empty()) return;
     // What is left to do beside them: their surface is done, and who links to them is anchored.
     const cover::ElementSet done = table_->Covered(kept);
     cover::CoverProblem rest = cover;
@@ -366,14 +411,12 @@ class TourMaker {
     std::vector<uint32_t> together = kept;
     if (left > 0) {
       auto more = cover::ChooseFewest(rest, left, choosing);
-      if (!more.ok()) return 0;
+      if (!more.ok()) return;
       for (const uint32_t station : more->cover.stations) {
         if (std::find(kept.begin(), kept.end(), station) == kept.end()) together.push_back(station);
       }
     }
-    if (together.size() > stations.size() + kWorthChanging) return 0;
-    stations = std::move(together);
-    return kept.size();
+    if (together.size() <= stations.size() + kWorthChanging) stations = std::move(together);
   }
 
   // The most stations whose tour stays within what is given, and of so many those that cover most.
@@ -386,7 +429,7 @@ class TourMaker {
     }
     size_t most = request_.scans.value_or(table_->candidates().size());
     if (request_.minutes.has_value()) {
-      const double each = std::floor(*request_.minutes / std::max(least_minutes, 1e-3));
+      const double each = std::floor(*request_.minutes / std::max(least_minutes, 1e-3));  // at most
       const double all = each * static_cast<double>(request_.scanners.size());
       most = static_cast<size_t>(std::min(static_cast<double>(most), all));
     }
@@ -395,9 +438,10 @@ class TourMaker {
     const auto attempt = [&](size_t count) {
       auto chosen = cover::ChooseBest(cover, count, choosing);
       if (!chosen.ok()) return false;
-      Made made;
+      Made made = Nothing(false);
       made.arrangement = arranger_->Arrange(chosen->stations, steps, budget, parallel_);
       if (!made.arrangement.finished || budget.Expired()) return false;
+      made.lost = chosen->weight - made.arrangement.area;
       made.reaches_goal = made.arrangement.area >= GoalWeight() * (1 - 1e-9);
       if (request_.minutes.has_value() && made.arrangement.minutes > *request_.minutes + 1e-9) {
         return false;
@@ -407,7 +451,7 @@ class TourMaker {
       }
       return true;
     };
-    if (most == 0) return Made{};
+    if (most == 0) return Nothing(GoalWeight() <= 0);
     if (attempt(most) || !request_.minutes.has_value()) return best;
     size_t possible = 0;
     size_t too_many = most;
@@ -415,7 +459,7 @@ class TourMaker {
       const size_t middle = (possible + too_many) / 2;
       (attempt(middle) ? possible : too_many) = middle;
     }
-    if (!best.has_value() && !budget.Expired()) return Made{};  // not even one scan
+    if (!best.has_value() && !budget.Expired()) return Nothing(GoalWeight() <= 0);  // not even one
     return best;
   }
 
@@ -440,7 +484,8 @@ class TourMaker {
   double Value(const Made& made) const {
     double scans = 0;  // that could be made in the time that all take
     for (size_t s = 0; s < made.arrangement.done.size(); ++s) {
-      scans += made.arrangement.minutes / std::max(1e-3, request_.scanners[s].scan_seconds / 60);
+      scans += made.arrangement.minutes /
+               std::max(kShortestScan, request_.scanners[s].scan_seconds / 60);
     }
     return made.arrangement.area - WorthAScan() * scans;
   }
@@ -471,14 +516,18 @@ class TourMaker {
   Tour Describe() {
     const Arrangement& made = best_->arrangement;
     Tour tour;
+    // Of a tour that was cancelled nobody reads the figures.
     parallel::Budget unlimited = parallel::Budget::Unlimited();
-    std::vector<std::optional<cover::ElementSet>> brought(made.stops.size());
+    unlimited.cancelled = budget_.cancelled;
+    const cover::ElementSet none((checked_.weights.size() + 63) / 64, 0);
+    std::vector<cover::ElementSet> brought(made.stops.size());
     std::vector<uint64_t> rays(made.stops.size(), 0);
     std::vector<std::vector<Eigen::Vector3d>> ways(made.stops.size());
     parallel_.For(made.stops.size(), [&](size_t k) {
       const ArrangedStop& stop = made.stops[k];
       const Candidate& candidate = table_->candidates()[stop.candidate];
-      brought[k] = Brought(problem_, candidate, checked_, unlimited, rays[k]);
+      brought[k] = Brought(problem_, candidate, checked_, unlimited, rays[k]).value_or(none);
+      if (unlimited.Expired()) return;
       std::optional<Eigen::Vector3d> from;
       if (stop.after.has_value()) {
         from = table_->candidates()[*stop.after].position;
@@ -492,12 +541,12 @@ class TourMaker {
     tour.area_before = Before();
     tour.scanner_minutes = made.done;
     tour.minutes = made.minutes;
-    cover::ElementSet so_far((checked_.weights.size() + 63) / 64, 0);
+    cover::ElementSet so_far = none;
     double area = 0;
     std::vector<double> areas;
     for (size_t k = 0; k < made.stops.size(); ++k) {
       rays_ += rays[k];
-      for (size_t w = 0; w < so_far.size(); ++w) so_far[w] |= (*brought[k])[w];
+      for (size_t w = 0; w < so_far.size(); ++w) so_far[w] |= brought[k][w];
       double now = 0;
       for (size_t i = 0; i < checked_.weights.size(); ++i) {
         if ((so_far[i / 64] >> (i % 64) & 1) != 0) now += checked_.weights[i];
@@ -515,6 +564,7 @@ class TourMaker {
     tour.coverage_before = share(0);
     tour.coverage = share(area);
     area = 0;
+    const std::vector<std::vector<uint32_t>> linked = arranger_->Links().links;
     for (size_t k = 0; k < made.stops.size(); ++k) {
       const ArrangedStop& from = made.stops[k];
       const Candidate& candidate = table_->candidates()[from.candidate];
@@ -539,7 +589,7 @@ class TourMaker {
       stop.area = areas[k];
       stop.coverage = share(area);
       stop.verdict = from.verdict;
-      const std::vector<uint32_t>& links = table_->cover().links[from.candidate];
+      const std::vector<uint32_t>& links = linked[from.candidate];
       for (size_t j = 0; j < k; ++j) {
         if (made.stops[j].end <= from.start + 1e-9 &&
             std::binary_search(links.begin(), links.end(), made.stops[j].candidate)) {
@@ -547,13 +597,14 @@ class TourMaker {
         }
       }
     }
-    tour.fewest = best_->fewest;
-    tour.reaches_goal = best_->reaches_goal;
+    // Candidates that came since may do with fewer, and raise the goal.
     tour.candidates = table_->candidates().size();
+    tour.fewest = fewest_of_ == tour.candidates ? fewest_ : 0;
+    tour.reaches_goal = best_->reaches_goal &&
+                        (!request_.goal.has_value() || made.area >= GoalWeight() * (1 - 1e-9));
     tour.not_registering = made.not_registering.size();
-    for (const WorthStep& step : Worth(made)) {
-      const double scaled = step.area * to_checked;
-      tour.worth.push_back({step.scans, step.minutes, scaled, share(scaled)});
+    for (const WorthStep& step : Worth(made, brought, unlimited)) {
+      tour.worth.push_back({step.scans, step.minutes, step.area, share(step.area)});
     }
     tour.open = Open(so_far);
     tour.rays = Spent();
@@ -561,10 +612,17 @@ class TourMaker {
     return tour;
   }
 
-  std::vector<WorthStep> Worth(const Arrangement& made) const {
-    std::vector<cover::ElementSet> covers;
-    for (const uint32_t station : made.stations) covers.push_back(table_->cover().covers[station]);
-    return WorthCurve(made.order, made.routes, covers, table_->cover().weights);
+  // `brought`: by stop, the checked cells.
+  std::vector<WorthStep> Worth(const Arrangement& made,
+                               const std::vector<cover::ElementSet>& brought,
+                               const parallel::Budget& budget) const {
+    std::vector<cover::ElementSet> covers(made.stations.size());
+    for (size_t i = 0; i < covers.size(); ++i) {
+      for (size_t k = 0; k < made.stops.size(); ++k) {
+        if (made.stops[k].candidate == made.stations[i]) covers[i] = brought[k];
+      }
+    }
+    return WorthCurve(made.order, made.routes, covers, checked_.weights, budget);
   }
 
   // Where most of what some candidate brings stays open: in cubes of two metres.
@@ -607,8 +665,12 @@ class TourMaker {
     const double point = 1 / std::sqrt(problem_.config().required_density);
     const size_t scans = tour.stops.size();
     if (scans == 0) {
-      return absl::StrFormat("nothing to go for: %.0f %% at %.3g cm", 100 * tour.coverage,
-                             100 * point);
+      return absl::StrFormat(
+          "%s: %.0f %% at %.3g cm",
+          overlap_->AnyKnown() && arranger_->Links().anchored.empty()
+              ? "no place is known at which a scan would register to those that were made"
+              : "nothing to go for",
+          100 * tour.coverage, 100 * point);
     }
     std::string said =
         absl::StrFormat("%d station%s, %s, %.0f %% at %.3g cm", scans, scans == 1 ? "" : "s",
@@ -618,6 +680,11 @@ class TourMaker {
       absl::StrAppendFormat(
           &said, "; the last two scans bring %.1f %%",
           100 * (tour.worth[points - 1].coverage - tour.worth[points - 3].coverage));
+    }
+    if (const size_t closed = best_->arrangement.closed.size(); closed > 0) {
+      absl::StrAppendFormat(
+          &said, "; %d station%s left out: the room is closed when anybody could be there", closed,
+          closed == 1 ? " is" : "s are");
     }
     return said;
   }
@@ -637,6 +704,10 @@ class TourMaker {
   std::optional<Made> best_;
   size_t best_number_ = 0;
   bool improved_ = false;
+  size_t fewest_ = 0;
+  size_t fewest_of_ = 0;
+  bool cut_ = false;  // fewer candidates were tried than asked for
+  const parallel::Budget::Clock::time_point began_ = budget_.now();
   uint64_t rays_ = 0;
 };
 
@@ -652,9 +723,11 @@ absl::StatusOr<Tour> MakeTour(const planning::PlanningProblem& problem, const To
 uint64_t EstimateTourMemory(const TourRequest& request) {
   // Of a candidate: its bits, what it sees of some twenty thousand elements at most, and links.
   constexpr uint64_t kSeen = 24'000;
-  constexpr uint64_t kRounds = 3;
-  const uint64_t candidates = kRounds * request.most_candidates + kFirstCandidates;
-  const uint64_t each = kElements / 8 + kSeen * kBytesOfSight + 4 * candidates;
+  // Tables are copied for the choice, and again by it.
+  constexpr uint64_t kCopies = 3;
+  const uint64_t candidates =
+      (1 + kRefinements) * request.most_candidates + kFirstCandidates + request.previous.size();
+  const uint64_t each = kCopies * (kElements / 8 + 4 * candidates) + kSeen * kBytesOfSight;
   // Cells that are counted and checked, with what scorers read of them, twice while they are made.
   constexpr uint64_t kBytesOfCell = 120;
   return candidates * each + 2 * (kElements + kChecked) * kBytesOfCell;

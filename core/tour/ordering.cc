@@ -12,7 +12,9 @@ constexpr double kOfEverybodysTime = 0.05;  // what a minute of somebody costs w
 constexpr double kChangeOfStorey = 3;       // minutes
 constexpr double kBorder = 1;  // minutes, of a station whose neighbours all are somebody else's
 constexpr size_t kNeighbours = 5;
-constexpr double kImpossible = 1000;  // minutes
+// Minutes, of a scan that is not possible; with rooms that open later, more than any wait: a job of
+// a thousand stations may take so many.
+constexpr double kImpossible = 1000;
 constexpr size_t kStepsBetweenPolls = 256;
 constexpr double kHottest = 4;  // minutes
 constexpr double kColdest = 0.02;
@@ -36,8 +38,16 @@ class Draws {
 };
 
 bool AnyAnchored(const OrderProblem& problem) {
-  return std::any_of(problem.anchored.begin(), problem.anchored.end(),
-                     [](uint8_t anchored) { return anchored != 0; });
+  return problem.rooted || std::any_of(problem.anchored.begin(), problem.anchored.end(),
+                                       [](uint8_t anchored) { return anchored != 0; });
+}
+
+double CostOfTheImpossible(const OrderProblem& problem) {
+  double latest = 0;
+  for (const OpenHours& hours : problem.hours) {
+    if (std::isfinite(hours.from)) latest = std::max(latest, hours.from);
+  }
+  return kImpossible + 2 * latest;
 }
 
 // Each station's nearest, by walking.
@@ -61,7 +71,10 @@ class Clockwork {
   explicit Clockwork(const OrderProblem& problem)
       : problem_(problem),
         any_anchored_(AnyAnchored(problem)),
-        neighbours_(NeighboursOf(problem, kNeighbours)),
+        impossible_(CostOfTheImpossible(problem)),
+        // Who is alone has no borders.
+        neighbours_(problem.scanners() > 1 ? NeighboursOf(problem, kNeighbours)
+                                           : std::vector<std::vector<uint32_t>>()),
         opens_(problem.stations()),
         of_(problem.stations()),
         open_from_(problem.stations()) {
@@ -141,7 +154,7 @@ class Clockwork {
       table->possible = impossible == 0;
     }
     return last + kOfEverybodysTime * (sum - last) + kChangeOfStorey * changes +
-           kBorder * Borders(routes) + kImpossible * static_cast<double>(impossible);
+           kBorder * Borders(routes) + impossible_ * static_cast<double>(impossible);
   }
 
  private:
@@ -169,6 +182,7 @@ class Clockwork {
 
   const OrderProblem& problem_;
   const bool any_anchored_;
+  const double impossible_;  // minutes
   const std::vector<std::vector<uint32_t>> neighbours_;
   // By station, those that its scan lets register which do not do so from the beginning.
   std::vector<std::vector<uint32_t>> opens_;

@@ -31,9 +31,10 @@ struct OrderProblem {
   std::vector<std::vector<uint8_t>> may;
   // By station, those that it could be aligned with. Symmetric.
   std::vector<std::vector<uint32_t>> links;
-  // By station: it registers to what there was before. Where none does, the first scan of all needs
-  // nothing.
+  // By station: it registers to what there was before. Where there was nothing, the first scan of
+  // all needs nothing.
   std::vector<uint8_t> anchored;
+  bool rooted = false;           // there was something, also where no station registers to it
   std::vector<int> storey;       // by station
   std::vector<OpenHours> hours;  // by station; none: all are open all the time
 
@@ -68,7 +69,7 @@ Timetable TimetableOf(const OrderProblem& problem, const Routes& routes);
 // those who are done early are not sent astray; three minutes for every change of storey, so that
 // storeys are done one after the other; and for several scanners a share of a minute for
 // neighbouring stations that different scanners go to, so that each has a zone of its own. What is
-// not possible costs a thousand minutes for every scan that is.
+// not possible costs for every such scan more than any wait for a room to open.
 double CostOf(const OrderProblem& problem, const Routes& routes);
 
 // Routes through all stations: the cheapest that were found. For one scanner and up to twelve

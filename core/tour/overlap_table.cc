@@ -144,6 +144,10 @@ bool OverlapTable::Holds(const Sight& sight, const std::vector<uint8_t>& seen) c
   return hold.Enough(least_share_);
 }
 
+bool OverlapTable::AnyKnown() const {
+  return std::any_of(known_.begin(), known_.end(), [](uint8_t known) { return known != 0; });
+}
+
 bool OverlapTable::HoldsOnKnown(const Sight& sight) const { return Holds(sight, known_); }
 
 bool OverlapTable::Linked(const Sight& a, const Sight& b) const {

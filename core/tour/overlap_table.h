@@ -32,6 +32,8 @@ class OverlapTable {
   size_t elements() const { return known_.size(); }
   // True where a scan has measured the element.
   bool Known(size_t element) const { return known_[element] != 0; }
+  // Whether anything was measured that a scan could register to.
+  bool AnyKnown() const;
   // What a scan sees of the elements.
   struct Sight {
     std::vector<uint32_t> elements;  // ascending

@@ -33,7 +33,7 @@ double Loss(const cover::ElementSet& covers, std::span<const uint16_t> times,
 
 std::vector<WorthStep> WorthCurve(const OrderProblem& problem, Routes routes,
                                   std::span<const cover::ElementSet> covers,
-                                  std::span<const double> weights) {
+                                  std::span<const double> weights, const parallel::Budget& budget) {
   std::vector<uint32_t> left;
   for (const std::vector<uint32_t>& route : routes) {
     left.insert(left.end(), route.begin(), route.end());
@@ -52,7 +52,7 @@ std::vector<WorthStep> WorthCurve(const OrderProblem& problem, Routes routes,
   double area = 0;
   for (size_t i = 0; i < times.size(); ++i) area += times[i] > 0 ? weights[i] : 0;
   std::vector<WorthStep> steps;
-  while (!left.empty()) {
+  while (!left.empty() && !budget.Expired()) {
     steps.push_back({left.size(), TimetableOf(problem, routes).minutes, area});
     struct Leave {
       double loss = 0;

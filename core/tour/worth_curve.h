@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/cover/cover_problem.h"
+#include "core/parallel/budget.h"
 #include "core/tour/ordering.h"
 
 namespace vantage::tour {
@@ -19,10 +20,12 @@ struct WorthStep {
 
 // `covers` has what each station of the order's problem brings, `weights` those of its elements.
 // Stations are left out one at a time, each time the one whose loss costs least among those without
-// which the others still register in the order that they have. From one scan to all.
+// which the others still register in the order that they have. From one scan to all; fewer of the
+// first where the budget expires.
 std::vector<WorthStep> WorthCurve(const OrderProblem& problem, Routes routes,
                                   std::span<const cover::ElementSet> covers,
-                                  std::span<const double> weights);
+                                  std::span<const double> weights,
+                                  const parallel::Budget& budget = {});
 
 }  // namespace vantage::tour
 

@@ -309,6 +309,11 @@ absl::Status CheckRequest(const v1::CreateTourRequest& request) {
   most(wish.scanners_size(), kMaxTourScanners, "wish.scanners");
   most(wish.hours_size(), kMaxRoomHours, "wish.hours");
   most(wish.previous_stations_size(), kMaxPreviousStations, "wish.previous_stations");
+  if (wish.previous_stations_size() > 0 &&
+      (wish.has_available_scan_count() || wish.has_available_duration())) {
+    violations.Add("wish.previous_stations",
+                   "goes with a goal, not with available_scan_count or available_duration");
+  }
   const auto duration = [&](const google::protobuf::Duration& asked, double least, double longest,
                             const std::string& field) {
     const double seconds = ReadDuration(asked);

@@ -174,6 +174,8 @@ absl::StatusOr<std::shared_ptr<TourRun>> Tours::Create(const v1::CreateTourReque
                                  kRetryTourAfter);
     }
     runs_.push_back(run);
+    // Who came after all were told to stop is told here.
+    if (context_.closed() || context_.draining()) run->Stop();
   }
   preparation_.WhenPrepared(inputs->plan, [this, run, in = *inputs] {
     context_.Submit(

@@ -11,6 +11,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_format.h"
 #include "core/registration/align/largest_variance.h"
+#include "core/registration/graph/link.h"
 #include "core/registration/graph/solved_graph.h"
 
 namespace vantage::registration {
@@ -40,75 +41,6 @@ Relative RelativeOf(size_t a, size_t b, const std::vector<Eigen::Isometry3d>& po
 bool OfModel(const PoseGraph& graph, size_t link) {
   return graph.links()[link].origin == LinkOrigin::kModel;
 }
-
-// How many scans each link alone ties to the rest: of bridges, by a walk that numbers scans in the
-// order in which it meets them (Tarjan).
-class Bridges {
- public:
-  explicit Bridges(const PoseGraph& graph, const SolvedGraph& solved)
-      : nodes_(graph.nodes().size()),
-        beside_(nodes_),
-        number_(nodes_, 0),
-        low_(nodes_, 0),
-        size_(nodes_, 1),
-        hangs_(solved.datum.links.size(), 0) {
-    for (size_t k = 0; k < solved.datum.links.size(); ++k) {
-      if (OfModel(graph, solved.datum.link_of[k])) continue;
-      beside_[solved.datum.links[k].a].push_back(k);
-      beside_[solved.datum.links[k].b].push_back(k);
-    }
-    for (size_t i = 0; i < nodes_; ++i) {
-      if (number_[i] == 0) Walk(i, solved);
-    }
-  }
-  // By link of the solved graph: the scans beyond it, as counted from where the walk began; 0 of
-  // those that are no bridges.
-  const std::vector<size_t>& beyond() const { return hangs_; }
-
- private:
-  struct Place {
-    size_t node = 0;
-    size_t by = 0;  // link
-    size_t next = 0;
-    bool root = false;
-  };
-  // With a stack of its own: chains of scans are long.
-  void Walk(size_t root, const SolvedGraph& solved) {
-    std::vector<Place> stack = {{root, 0, 0, true}};
-    number_[root] = low_[root] = ++count_;
-    while (!stack.empty()) {
-      Place& at = stack.back();
-      if (at.next < beside_[at.node].size()) {
-        const size_t link = beside_[at.node][at.next++];
-        if (!at.root && link == at.by) continue;
-        const PoseTerm& term = solved.datum.links[link];
-        const size_t to = term.a == at.node ? term.b : term.a;
-        if (number_[to] == 0) {
-          number_[to] = low_[to] = ++count_;
-          stack.push_back({to, link, 0, false});
-        } else {
-          low_[at.node] = std::min(low_[at.node], number_[to]);
-        }
-        continue;
-      }
-      const Place done = at;
-      stack.pop_back();
-      if (done.root) break;
-      const size_t parent = stack.back().node;
-      low_[parent] = std::min(low_[parent], low_[done.node]);
-      size_[parent] += size_[done.node];
-      if (low_[done.node] > number_[parent]) hangs_[done.by] = size_[done.node];
-    }
-  }
-
-  size_t nodes_;
-  std::vector<std::vector<size_t>> beside_;
-  std::vector<size_t> number_;  // from 1; 0: not met yet
-  std::vector<size_t> low_;
-  std::vector<size_t> size_;
-  std::vector<size_t> hangs_;
-  size_t count_ = 0;
-};
 
 // Information that a tie is expected to have: the median of the graph's links between surfaces, in
 // each scan's own axes as far as they are known, of shifts and of turns.
@@ -159,14 +91,17 @@ sensor::Matrix6d CovarianceWith(const Relative& relative, const TieBlocks& block
 
 // By the link's own information; infinite where that leaves a direction open.
 double OwnSigma(const sensor::Matrix6d& information) {
+  // m: along directions that surfaces leave open a link has what the poses were taken to be good
+  // for (LinkOptions::open_sigma), and less than it searches them for.
+  const double open = LinkOptions().reach;
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
   const Eigen::SelfAdjointEigenSolver<sensor::Matrix6d> solver(information);
   const double largest = solver.eigenvalues()[5];
-  if (!(solver.eigenvalues()[0] > 1e-12 * largest)) {
-    return std::numeric_limits<double>::infinity();
-  }
-  return LargestPositionSigma(
+  if (!(solver.eigenvalues()[0] > 1e-12 * largest)) return kInfinite;
+  const double sigma = LargestPositionSigma(
       sensor::Matrix6d(solver.eigenvectors() * solver.eigenvalues().cwiseInverse().asDiagonal() *
                        solver.eigenvectors().transpose()));
+  return sigma < open ? sigma : kInfinite;
 }
 
 // Fills sigmas and connectivity of `result`.
@@ -201,20 +136,19 @@ absl::Status MeasureLinks(const PoseGraph& graph, const SolvedGraph& solved,
 }
 
 std::vector<WeakLink> Weakest(const PoseGraph& graph, const SolvedGraph& solved,
-                              const PoseCovariances& covariances) {
-  const std::vector<size_t> component = graph.Components();
-  std::vector<size_t> in_component(graph.nodes().size(), 0);
-  for (const size_t c : component) ++in_component[c];
-  const Bridges bridges(graph, solved);
+                              const PoseCovariances& covariances,
+                              const std::vector<connectivity::Bridge>& bridges) {
   std::vector<WeakLink> weak;
   for (size_t k = 0; k < solved.datum.links.size(); ++k) {
     if (OfModel(graph, solved.datum.link_of[k])) continue;
     const PoseTerm& link = solved.datum.links[k];
     WeakLink found;
     found.link = solved.datum.link_of[k];
-    const size_t beyond = bridges.beyond()[k];
-    found.bridge = beyond > 0;
-    if (found.bridge) found.hangs_on = std::min(beyond, in_component[component[link.a]] - beyond);
+    const auto bridge =
+        std::find_if(bridges.begin(), bridges.end(),
+                     [&](const connectivity::Bridge& of) { return of.link == found.link; });
+    found.bridge = bridge != bridges.end();
+    if (found.bridge) found.hangs_on = bridge->cut_off;
     found.relative_sigma = LargestPositionSigma(
         solved.variance_factor *
         RelativeCovariance(RelativeOf(link.a, link.b, solved.poses), covariances.own[link.a],
@@ -283,10 +217,10 @@ absl::StatusOr<WeakLinks> FindWeakLinks(const PoseGraph& graph, const Adjustment
   if (!solved.ok()) return solved.status();
   const GraphNormals normals = solved->Normals();
   const PoseCovariances covariances = CovariancesOf(graph, normals);
-  result.links = Weakest(graph, *solved, covariances);
   if (absl::Status measured = MeasureLinks(graph, *solved, covariances, result); !measured.ok()) {
     return measured;
   }
+  result.links = Weakest(graph, *solved, covariances, result.connectivity.bridges);
   for (size_t i = 0; i < nodes; ++i) {
     const double sigma =
         std::sqrt(solved->variance_factor) * LargestPositionSigma(covariances.own[i]);

@@ -36,7 +36,8 @@ struct WeakLinks {
   std::vector<TieAdvice> advice;  // the best first, at most kMostAdvice; each lowers the worst
                                   // sigma by a tenth or more
   // Of each of graph.links(), m: how well one scan is known as the other sees it, one sigma in the
-  // worst direction, by the link alone; by the whole graph where the link leaves a direction open.
+  // worst direction, by as much of the link as counts (half of it where a registration to the model
+  // goes along); by the whole graph where the link leaves a direction open.
   // 0 of links in doubt, of those that say nothing, and of registrations to the model.
   std::vector<double> sigmas;
   // Of graph.nodes() by links that count, as of `sigmas`; bridges are numbered as graph.links().

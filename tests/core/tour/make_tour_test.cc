@@ -43,6 +43,10 @@ void ExpectSound(const Tour& tour, const TourRequest& request) {
     EXPECT_EQ(tour.worth[k].scans, tour.worth[k - 1].scans + 1);
     EXPECT_GE(tour.worth[k].area, tour.worth[k - 1].area);
   }
+  EXPECT_EQ(tour.worth.empty(), tour.stops.empty());
+  if (!tour.worth.empty()) {
+    EXPECT_NEAR(tour.worth.back().coverage, tour.coverage, 1e-9);
+  }
 }
 
 TEST(MakeTourTest, BringsAFlatToTheGoalWithStationsThatRegister) {
