@@ -121,6 +121,7 @@ TEST_F(ModelLinkTest, WhatPairsLeaveOpenRegistrationMayHold) {
   const WeakLinks weak = FindWeakLinks(with, adjustment, 50).value();
   EXPECT_EQ(weak.links.size(), 3u);
   for (const WeakLink& link : weak.links) EXPECT_LT(link.relative_sigma, 0.006);
+  EXPECT_LT(weak.connectivity.longest_path_sigma, 0.006);
   EXPECT_GT(Adjust(Graph()).value().scans[c].position_sigma, 0.3);
 }
 
