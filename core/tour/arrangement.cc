@@ -205,6 +205,8 @@ bool Arranger::Check(const parallel::Budget& budget, parallel::Parallel& paralle
   struct Judged {
     std::optional<registration::RegistrationVerdict> verdict;
     uint64_t rays = 0;
+    std::vector<uint64_t> seen;  // bits, of what the stop sees
+    bool given = false;          // not for the first time
   };
   std::vector<Judged> judged(made.stops.size());
   parallel.For(made.stops.size(), [&](size_t k) {
@@ -221,6 +223,18 @@ bool Arranger::Check(const parallel::Budget& budget, parallel::Parallel& paralle
       judged[k].verdict->outcome = registration::RegistrationOutcome::kRegistered;
       return;
     }
+    // Another order leaves most stops what they had.
+    const std::vector<uint32_t>& sees = table_.sight(stop.candidate).elements;
+    judged[k].seen.assign((sees.size() + 63) / 64, 0);
+    for (size_t i = 0; i < sees.size(); ++i) {
+      if (seen[sees[i]] != 0) judged[k].seen[i / 64] |= uint64_t{1} << (i % 64);
+    }
+    const auto given = verdicts_.find(std::pair(stop.candidate, judged[k].seen));
+    if (given != verdicts_.end()) {
+      judged[k].verdict = given->second;
+      judged[k].given = true;
+      return;
+    }
     judged[k].verdict =
         table_.overlap().Judge(table_.candidates()[stop.candidate], seen, budget, judged[k].rays);
   });
@@ -233,6 +247,9 @@ bool Arranger::Check(const parallel::Budget& budget, parallel::Parallel& paralle
       continue;
     }
     stop.verdict = *std::move(judged[k].verdict);
+    if (!judged[k].given && !judged[k].seen.empty()) {
+      verdicts_.emplace(std::pair(stop.candidate, std::move(judged[k].seen)), stop.verdict);
+    }
     if (stop.verdict.registered()) continue;
     all = false;
     if (Anchored(stop.candidate)) loose_.insert(stop.candidate);
@@ -250,19 +267,23 @@ Arrangement Arranger::Arrange(std::span<const uint32_t> stations, size_t steps,
                               const parallel::Budget& budget, parallel::Parallel& parallel) {
   Arrangement made;
   std::vector<uint32_t> left(stations.begin(), stations.end());
+  bool settled = false;
   for (int round = 0;; ++round) {
     // What is left out in the end needs no better order than there is.
-    Schedule(left, round < kOrders ? steps : steps / kFewSteps, budget, parallel, made);
+    Schedule(left, settled ? steps / kFewSteps : steps, budget, parallel, made);
     if (budget.Expired()) {
       made.finished = false;
       break;
     }
+    const size_t struck = struck_.size() + loose_.size();
     const bool all = Check(budget, parallel, made);
+    // An order by the same links would be the same order.
+    settled = settled || round + 1 >= kOrders || struck_.size() + loose_.size() == struck;
     // Where a room is closed whenever a scanner could be in it, or nothing ties a station to the
     // rest, no order helps.
     std::vector<uint32_t> drop;
     for (const ArrangedStop& stop : made.stops) {
-      if (!stop.verdict.registered() && made.finished && round + 1 >= kOrders) {
+      if (!stop.verdict.registered() && made.finished && settled) {
         drop.push_back(stop.candidate);
         made.not_registering.push_back(stop.candidate);
       } else if (EndsAfter(stop.end, HoursOf(stop.candidate).until)) {

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "absl/container/flat_hash_map.h"
 #include "absl/container/flat_hash_set.h"
 #include "core/cover/cover_problem.h"
 #include "core/parallel/budget.h"
@@ -90,6 +91,9 @@ class Arranger {
   // anchored after all.
   absl::flat_hash_set<std::pair<uint32_t, uint32_t>> struck_;
   absl::flat_hash_set<uint32_t> loose_;
+  // Verdicts that were given: by candidate and, of all that it sees, what others had seen before.
+  absl::flat_hash_map<std::pair<uint32_t, std::vector<uint64_t>>, registration::RegistrationVerdict>
+      verdicts_;
   uint64_t rays_ = 0;
 };
 

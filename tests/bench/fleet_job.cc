@@ -113,7 +113,7 @@ class FleetJob {
     sensor::Scan scan;
     scan.scanner = scene_.scanner;
     scan.image = scene_.tracer->Scan(scene_.scanner, pose, simulation::ScanFaults{}, result_.scans,
-                                     parallel_);
+                                     parallel_, scene_.preview);
     model_->Insert(absl::StrCat("scan", result_.scans), scan, pose, parallel_).value();
     measured_ += Count(truth_.MeasuredAtDensity({member.at}, parallel_)[0]);
     truth_.AddScan(member.at, parallel_);
@@ -173,8 +173,11 @@ class FleetJob {
 
 }  // namespace
 
-FleetScene MakeFleetScene(uint64_t seed, double area, parallel::Parallel& parallel) {
+FleetScene MakeFleetScene(uint64_t seed, double area, parallel::Parallel& parallel,
+                          const sensor::ScannerModel& scanner, double preview) {
   FleetScene made;
+  made.scanner = scanner;
+  made.preview = preview;
   made.scene = simulation::OfficeStorey(seed, area);
   made.tracer = std::make_unique<simulation::SimulatedScanner>(made.scene.mesh);
   const std::vector<Eigen::Vector3d> positions =

@@ -18,6 +18,7 @@ namespace vantage::bench {
 struct FleetScene {
   simulation::Scene scene;
   sensor::ScannerModel scanner;
+  double preview = 0;  // rad between the rays of its scans, which stand for native ones; 0: all
   std::unique_ptr<simulation::SimulatedScanner> tracer;
   std::unique_ptr<simulation::GroundTruth> truth;  // nothing scanned yet
   // m, where scanners stand when the job begins: the first makes the first scan there, the others
@@ -29,7 +30,8 @@ struct FleetScene {
 inline constexpr size_t kMostFleetScanners = 8;
 
 // A generated office storey of so many m^2.
-FleetScene MakeFleetScene(uint64_t seed, double area, parallel::Parallel& parallel);
+FleetScene MakeFleetScene(uint64_t seed, double area, parallel::Parallel& parallel,
+                          const sensor::ScannerModel& scanner = {}, double preview = 0);
 
 struct FleetJobOptions {
   size_t scanners = 1;        // up to kMostFleetScanners

@@ -14,6 +14,7 @@
 #include "absl/strings/str_format.h"
 #include "core/model/partial_model.h"
 #include "core/planning/problem/planning_problem.h"
+#include "core/sensor/presets.h"
 #include "core/simulation/standable_positions.h"
 #include "core/tour/make_tour.h"
 #include "core/tour/ordering.h"
@@ -34,6 +35,22 @@ constexpr double kBudget = 60;   // s
 constexpr double kStride = 2.0;  // m, from station to station of the walk with the coarse scanner
 constexpr double kHeight = 1.5;  // m
 constexpr double kCoarse = 1.5;  // degrees: a tablet's mesh knows shapes, and nothing at density
+// Of people and of the scenes for studies: what the study has.
+constexpr double kSpeed = 0.5;    // m/s
+constexpr double kSetUp = 60;     // s
+constexpr double kPreview = 0.25;  // degrees between the rays of scans
+
+// The study's instrument, at its usual setting.
+struct Instrument {
+  sensor::ScannerModel model;
+  double scan_seconds = 0;  // with setting up
+};
+
+Instrument TheInstrument() {
+  const sensor::Preset preset = sensor::FindPreset("leica-rtc360").value();
+  const sensor::ScanSetting setting = preset.Setting("").value();
+  return {preset.At(setting), kSetUp + 60 * setting.minutes};
+}
 
 // A model of a scene that knows where everything is, and has nothing at the required density: what
 // an old survey or a tablet's mesh says.
@@ -114,7 +131,9 @@ class Tours {
       : options_(options),
         parallel_(parallel),
         figures_(figures),
-        scene_(MakeFleetScene(SceneSeeds(options.use).front(), kArea, parallel)) {
+        instrument_(TheInstrument()),
+        scene_(MakeFleetScene(SceneSeeds(options.use).front(), kArea, parallel, instrument_.model,
+                              sensor::Radians(kPreview))) {
     view_ = KnownShape(scene_, parallel);
     config_.station_basis = planning::StationBasis::kExpected;
     prepare_seconds_ = WallSeconds([&] {
@@ -150,6 +169,8 @@ class Tours {
       fleet::FleetMember& member = request.scanners.emplace_back();
       member.model = scene_.scanner;
       member.at = scene_.stands[s];
+      member.speed = kSpeed;
+      member.scan_seconds = instrument_.scan_seconds;
     }
     request.goal = kGoal;
     return request;
@@ -255,8 +276,8 @@ class Tours {
                                ? walk[*at[s]][k]
                                : ways.Between({&*request.scanners[s].at, 1}, {&places[k], 1},
                                               parallel::Budget::Unlimited(), parallel_)[0][0];
-        if (free[s] + way / 60 < first) {
-          first = free[s] + way / 60;
+        if (free[s] + way / kSpeed / 60 < first) {
+          first = free[s] + way / kSpeed / 60;
           who = s;
         }
       }
@@ -324,6 +345,8 @@ class Tours {
     }
     FleetJobOptions job;
     job.target = kGoal;
+    job.speed = kSpeed;
+    job.scan_seconds = instrument_.scan_seconds;
     const FleetJobResult result = RunFleetJob(scene_, job, parallel_);
     figures_.Add({"tour.job",
                   static_cast<double>(tour.stops.size()) /
@@ -346,6 +369,7 @@ class Tours {
   const BenchOptions& options_;
   parallel::Parallel& parallel_;
   Figures& figures_;
+  const Instrument instrument_;
   FleetScene scene_;
   std::shared_ptr<const model::PlanningView> view_;
   planning::PlanningConfig config_;
