@@ -3,10 +3,12 @@
 #define VANTAGE_CORE_FLEET_FLEET_REQUEST_H_
 
 #include <Eigen/Core>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "core/fleet/fleet_member.h"
+#include "core/planning/expectation/expected_site.h"
 #include "core/sensor/scanner_model.h"
 
 namespace vantage::fleet {
@@ -27,6 +29,8 @@ struct FleetRequest {
   std::vector<FleetMember> scanners;  // at least one
   std::vector<PledgedView> pledged;   // these count as scanned
   FleetRanking ranking = FleetRanking::kScore;
+  // What a prior of the site shows, as planning::PlanningQuestion has it; null: there is none.
+  std::shared_ptr<const planning::ExpectedSite> site = nullptr;
 };
 
 }  // namespace vantage::fleet

@@ -134,7 +134,8 @@ class JointPlanner {
       const size_t of = ClassOf(member);
       if (of < classes_.size()) continue;
       auto problem = planning::PlanningProblem::Prepare(
-          {model_, member.model, config_, classes_.empty() ? nullptr : &First()}, parallel_,
+          {model_, member.model, config_, classes_.empty() ? nullptr : &First(), request_.site},
+          parallel_,
           parallel::Cancellation(budget_.cancelled));
       if (!problem.ok()) return problem.status();
       if (classes_.empty()) joint_.plan = planning::BeginPlan(**problem);

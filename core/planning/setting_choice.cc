@@ -52,7 +52,8 @@ absl::StatusOr<Plan> MakePlanChoosingSetting(const model::PlanningView& model,
                                              std::span<const SettingOption> options,
                                              const PlanningConfig& config,
                                              const parallel::Budget& budget,
-                                             parallel::Parallel& parallel, PlanProgress progress) {
+                                             parallel::Parallel& parallel, PlanProgress progress,
+                                             std::shared_ptr<const ExpectedSite> site) {
   if (options.empty()) return absl::InvalidArgumentError("name at least one setting");
   Plan plan;
   std::vector<RankedView> views;
@@ -68,7 +69,7 @@ absl::StatusOr<Plan> MakePlanChoosingSetting(const model::PlanningView& model,
     Plan made;
     // The first is prepared whatever that takes: one setting's answer is better than none.
     auto problem = PlanningProblem::Prepare(
-        {model, options[i].scanner, each, previous.get()}, parallel,
+        {model, options[i].scanner, each, previous.get(), site}, parallel,
         i == 0 ? parallel::Cancellation(budget.cancelled) : parallel::Cancellation(part));
     if (problem.ok()) {
       previous = *problem;

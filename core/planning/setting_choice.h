@@ -2,6 +2,7 @@
 #ifndef VANTAGE_CORE_PLANNING_SETTING_CHOICE_H_
 #define VANTAGE_CORE_PLANNING_SETTING_CHOICE_H_
 
+#include <memory>
 #include <span>
 #include <string>
 
@@ -9,6 +10,7 @@
 #include "core/model/view/planning_view.h"
 #include "core/parallel/budget.h"
 #include "core/parallel/parallel.h"
+#include "core/planning/expectation/expected_site.h"
 #include "core/planning/plan/plan.h"
 #include "core/planning/plan/planning_config.h"
 #include "core/planning/planner.h"
@@ -30,13 +32,14 @@ struct SettingOption {
 // Plans with each of `options` (at least one) within an equal share of the budget. Returns the
 // views that gain most for each minute of setting up and scanning, apart from each other, each with
 // the setting that makes it so. Termination and map of scores are those of the first option,
-// so the finest setting should come first. Errors as of MakePlan(), and INVALID_ARGUMENT without
-// options.
+// so the finest setting should come first. `site`: what a prior shows, as PlanningQuestion has it.
+// Errors as of MakePlan(), and INVALID_ARGUMENT without options.
 absl::StatusOr<Plan> MakePlanChoosingSetting(const model::PlanningView& model,
                                              std::span<const SettingOption> options,
                                              const PlanningConfig& config,
                                              const parallel::Budget& budget,
-                                             parallel::Parallel& parallel, PlanProgress progress);
+                                             parallel::Parallel& parallel, PlanProgress progress,
+                                             std::shared_ptr<const ExpectedSite> site = nullptr);
 
 }  // namespace vantage::planning
 
