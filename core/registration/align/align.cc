@@ -48,6 +48,22 @@ void SortAndKeepDistinct(std::span<const SurfaceSample> samples, double apart,
   minima = std::move(distinct);
 }
 
+// A pose that known space would make doubtful gives way to the best one that it would not, if there
+// is one that fits nearly as well: a scan from the next room that sees little of what is known lies
+// on a known room of the same width better than in its own place, but for what then stands in the
+// middle of that room.
+void PutUndoubtedFirst(std::vector<Minimum>& minima) {
+  // By score, in which what contradicts counts already. Where less is left, what was moved is the
+  // better explanation.
+  constexpr double kNearlyAsWell = 0.5;
+  if (minima.empty() || minima.front().contradiction_share <= kContradictionDoubtful) return;
+  const auto other = std::find_if(minima.begin(), minima.end(), [&](const Minimum& m) {
+    return m.contradiction_share <= kContradictionDoubtful &&
+           m.score >= kNearlyAsWell * minima.front().score;
+  });
+  if (other != minima.end()) std::rotate(minima.begin(), other, other + 1);
+}
+
 // The results of `add(sample, result)` over runs of samples, in order. The runs do not depend on
 // the number of threads.
 template <typename Result, typename Add>
@@ -200,8 +216,10 @@ Alignment AlignFrom(const model::PlanningView& model, const CorrespondenceField&
     const SpaceAgreement space =
         AgreementOf(in_space, CompareSamples(model, search, in_space, m.T_world_scan, serial));
     m.score *= space.Left();
+    m.contradiction_share = space.ContradictionShare();
   });
   SortAndKeepDistinct(few, kApart, minima);
+  PutUndoubtedFirst(minima);
 
   Alignment result;
   const Eigen::Isometry3d best = minima.front().T_world_scan;

@@ -25,6 +25,7 @@ namespace vantage::registration {
 struct Minimum {
   Eigen::Isometry3d T_world_scan = Eigen::Isometry3d::Identity();
   double score = 0;  // share of the samples that fit, less those that contradict; at most 1
+  double contradiction_share = 0;  // SpaceAgreement's; 0 before it was compared with known space
 };
 
 struct Alignment {

@@ -37,6 +37,11 @@ std::optional<Eigen::Vector3f> SurfacePassed(const model::PlanningView& model,
   return std::nullopt;
 }
 
+double SpaceAgreement::ContradictionShare() const {
+  const double met = fitting + contradicting;
+  return met > 0 ? contradicting / met : 0;
+}
+
 double SpaceAgreement::Left() const {
   if (contradicting <= 0) return 1;
   return fitting > contradicting ? 1 - contradicting / fitting : 0;

@@ -32,10 +32,18 @@ std::optional<Eigen::Vector3f> SurfacePassed(const model::PlanningView& model,
                                              const Eigen::Vector3d& origin,
                                              const Eigen::Vector3d& point);
 
+// Share of the samples in known space that may contradict it without making a doubt, since things
+// are moved. In a room that stayed as it was less than 1 % does, in one whose walls are a metre
+// further out more than 10 % (align_test). A share of surface, for any scanner.
+inline constexpr double kContradictionDoubtful = 0.08;
+
 // How a pose agrees with it.
 struct SpaceAgreement {
   double fitting = 0;        // samples of the image that lie on true surface
   double contradicting = 0;  // samples of the image that contradict
+
+  // Of those that meet something known, [0, 1].
+  double ContradictionShare() const;
 
   // What is left of a pose's fit, [0, 1]: each sample that contradicts speaks against the pose as
   // much as one that fits speaks for it. Where a scan of another room lies on a room that is known,

@@ -34,10 +34,8 @@ constexpr double kInlierDeviations = 4.0;
 // voxel.
 constexpr double kResidualFactor = 3.0;
 constexpr double kResidualVoxels = 0.4;
-// Shares of the samples in known space that may contradict it, since things are moved. In a room
-// that stayed as it was less than 1 % does, in one whose walls are a metre further out more than 10
-// % (align_test). Beyond 40 % no furniture explains it. Shares of surface, for any scanner.
-constexpr double kContradictionDoubtful = 0.08;
+// Share of the samples in known space that contradict it (kContradictionDoubtful), beyond which no
+// furniture explains it.
 constexpr double kContradictionFailed = 0.40;
 double Median(std::vector<double> values) {
   if (values.empty()) return 0;
@@ -248,8 +246,7 @@ Qualification Qualify(const model::PlanningView& model, const ScanSurface& surfa
   const std::vector<SampleAgreement> agreements =
       CompareSamples(model, search, in_space, alignment.T_world_scan, parallel);
   const SpaceAgreement space = AgreementOf(in_space, agreements);
-  const double met = space.fitting + space.contradicting;
-  result.contradiction_share = met > 0 ? space.contradicting / met : 0.0;
+  result.contradiction_share = space.ContradictionShare();
   const bool contradicts = result.contradiction_share > kContradictionDoubtful;
   if (contradicts && scan != nullptr && result.contradiction_share <= kContradictionFailed) {
     const MovedThings moved =
