@@ -324,8 +324,7 @@ std::string Words(const Alignment& alignment, bool several) {
       if (several) {
         return absl::StrFormat(
             "the prior fits in several places (%.0f %% of %.1f m2 of walls agree at the best); it "
-            "is "
-            "used as soon as scans tell which",
+            "is used as soon as scans tell which",
             percent, alignment.wall_area);
       }
       return absl::StrFormat(

@@ -4,9 +4,10 @@
 #include <utility>
 
 #include "absl/status/status.h"
+#include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/strip.h"
+#include "absl/strings/str_split.h"
 #include "core/bytes/ply_mesh.h"
 #include "core/site_prior/dxf.h"
 #include "core/site_prior/floor_plan.h"
@@ -30,6 +31,18 @@ absl::StatusOr<PriorMesh> ParsePly(absl::string_view bytes) {
   return mesh;
 }
 
+// Whether a line is SECTION, and the one before it 0, as of a group in a DXF file: in a comment of
+// an OBJ file the word tells nothing.
+bool HasSection(absl::string_view head) {
+  absl::string_view before;
+  for (absl::string_view line : absl::StrSplit(head, '\n')) {
+    line = absl::StripAsciiWhitespace(line);
+    if (line == "SECTION" && before == "0") return true;
+    before = line;
+  }
+  return false;
+}
+
 absl::Status CheckReading(const PriorReading& reading) {
   if (!(reading.unit >= 0 && reading.unit < 1e4)) {
     return absl::InvalidArgumentError("unit: metres for 1 of the file's coordinates, above 0");
@@ -49,26 +62,12 @@ absl::Status CheckReading(const PriorReading& reading) {
 
 }  // namespace
 
-const char* PriorFormatName(PriorFormat format) {
-  switch (format) {
-    case PriorFormat::kPly:
-      return "PLY";
-    case PriorFormat::kObj:
-      return "OBJ";
-    case PriorFormat::kDxf:
-      return "DXF";
-    case PriorFormat::kPicture:
-      return "PNG";
-  }
-  return "unknown";
-}
-
 absl::StatusOr<PriorFormat> FindPriorFormat(absl::string_view bytes) {
   if (bytes.empty()) return absl::InvalidArgumentError("the file is empty");
   if (absl::StartsWith(bytes, kPng)) return PriorFormat::kPicture;
   if (absl::StartsWith(bytes, "ply")) return PriorFormat::kPly;
   const absl::string_view head = bytes.substr(0, 1 << 16);
-  if (absl::StrContains(head, "SECTION") && absl::StrContains(head, "\n")) return PriorFormat::kDxf;
+  if (HasSection(head)) return PriorFormat::kDxf;
   if (absl::StartsWith(head, "v ") || absl::StrContains(head, "\nv ")) return PriorFormat::kObj;
   if (absl::StartsWith(head, "AutoCAD Binary DXF") || absl::StartsWith(head, "AC10")) {
     return absl::InvalidArgumentError(

@@ -13,7 +13,6 @@
 namespace vantage::site_prior {
 
 enum class PriorFormat : uint32_t { kPly = 0, kObj = 1, kDxf = 2, kPicture = 3 };
-const char* PriorFormatName(PriorFormat format);
 
 // By the content alone. INVALID_ARGUMENT: none of them.
 absl::StatusOr<PriorFormat> FindPriorFormat(absl::string_view bytes);

@@ -83,10 +83,32 @@ absl::Status CheckPrior(const PriorMesh& mesh) {
         "the prior is %.2f m high: nobody stands in it; where its y axis points up, say so",
         size.z()));
   }
+  const Eigen::AlignedBox3f box = mesh.Bounds();
+  const double farthest = static_cast<double>(
+      std::max(box.min().lpNorm<Eigen::Infinity>(), box.max().lpNorm<Eigen::Infinity>()));
+  if (farthest > kFarthestPrior) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "the prior lies %.0f km from its own origin, more than %.0f km: move it there",
+        farthest / 1000, kFarthestPrior / 1000));
+  }
   return absl::OkStatus();
 }
 
-PriorMesh MeshOfModel(const model::PlanningView& model) {
+absl::StatusOr<PriorMesh> MeshOfModel(const model::PlanningView& model) {
+  // At most: some of it is false surface.
+  if (2 * model.SurfaceCount() > kMostPriorTriangles) {
+    size_t squares = 0;
+    model.ForEachSurface(
+        [&](const model::VoxelIndex&, model::VoxelState state, const model::SurfaceVoxel&) {
+          squares += state == model::VoxelState::kTrueSurface ? 1 : 0;
+        });
+    if (2 * squares > kMostPriorTriangles) {
+      return absl::ResourceExhaustedError(absl::StrFormat(
+          "its model has %d voxels of surface, more than %d: scan by a smaller job, "
+          "or export its mesh and give the part that is to be scanned",
+          squares, kMostPriorTriangles / 2));
+    }
+  }
   PriorMesh mesh;
   const auto half = static_cast<float>(0.5 * model.voxel_size());
   model.ForEachSurface(

@@ -15,17 +15,31 @@ constexpr double kOwnVoxel = 0.05;  // m: of the prior in its own frame
 
 }  // namespace
 
-absl::StatusOr<std::shared_ptr<const SitePrior>> SitePrior::Create(PriorMesh mesh,
-                                                                   const PriorPose& placement,
-                                                                   double accuracy) {
+absl::StatusOr<std::shared_ptr<const SitePrior>> SitePrior::Create(
+    PriorMesh mesh, const PriorPose& placement, double accuracy,
+    const parallel::Cancellation& cancelled) {
   if (absl::Status fine = CheckPrior(mesh); !fine.ok()) return fine;
-  if (!(accuracy > 0 && accuracy <= 1)) {
-    return absl::InvalidArgumentError("accuracy_m: in (0, 1]");
+  if (!(accuracy > 0 && accuracy <= kMostAccuracy)) {
+    return absl::InvalidArgumentError(absl::StrCat("accuracy_m: in (0, ", kMostAccuracy, "]"));
   }
-  auto space = SpaceOf(mesh, {}, kOwnVoxel);
+  auto space = SpaceOf(mesh, {}, kOwnVoxel, cancelled);
   if (!space.ok()) return space.status();
   return std::shared_ptr<const SitePrior>(
       new SitePrior(std::move(mesh), *std::move(space), placement, accuracy));
+}
+
+uint64_t SitePrior::Bytes() const {
+  constexpr uint64_t kBytesOfOwnBrick = 700;
+  return mesh_.vertices.size() * sizeof(mesh_.vertices[0]) +
+         mesh_.triangles.size() * sizeof(mesh_.triangles[0]) +
+         space_.SurfaceCount() * sizeof(model::SurfaceVoxel) +
+         space_.bricks().size() * kBytesOfOwnBrick;
+}
+
+uint64_t EstimateMemory(const PriorMesh& mesh, const PriorPose& placement, double voxel) {
+  const uint64_t own = EstimateSpaceMemory(mesh, 1, kOwnVoxel);
+  // Its own space stays while the model's is made.
+  return own + EstimateSpaceMemory(mesh, placement.scale * (1 + kSearchScale), voxel);
 }
 
 absl::StatusOr<PriorStanding> Judge(const model::PlanningView& model, const SitePrior& prior,

@@ -3,6 +3,7 @@
 #ifndef VANTAGE_CORE_SITE_PRIOR_SITE_PRIOR_H_
 #define VANTAGE_CORE_SITE_PRIOR_SITE_PRIOR_H_
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,20 +19,26 @@
 namespace vantage::site_prior {
 
 inline constexpr double kDefaultAccuracy = 0.1;  // m
+// What is farther off is no map: work grows with its third power.
+inline constexpr double kMostAccuracy = 0.3;  // m
 
 // Never changes. Thread safe.
 class SitePrior {
  public:
-  // `placement`: by a person. `accuracy`: m that its surface is off where it is right, in (0, 1].
-  // INVALID_ARGUMENT and RESOURCE_EXHAUSTED: CheckPrior() and SpaceOf().
+  // `placement`: by a person. `accuracy`: m that its surface is off where it is right, in (0,
+  // kMostAccuracy]. INVALID_ARGUMENT and RESOURCE_EXHAUSTED: CheckPrior() and SpaceOf(). CANCELLED
+  // when that was requested on the way.
   static absl::StatusOr<std::shared_ptr<const SitePrior>> Create(
-      PriorMesh mesh, const PriorPose& placement, double accuracy = kDefaultAccuracy);
+      PriorMesh mesh, const PriorPose& placement, double accuracy = kDefaultAccuracy,
+      const parallel::Cancellation& cancelled = {});
 
   const PriorMesh& mesh() const { return mesh_; }
   // SpaceOf() it in its own frame, in voxels of its own.
   const model::PlanningView& space() const { return space_; }
   const PriorPose& placement() const { return placement_; }
   double accuracy() const { return accuracy_; }
+  // What it holds, bytes.
+  uint64_t Bytes() const;
 
  private:
   SitePrior(PriorMesh mesh, model::PlanningView space, const PriorPose& placement, double accuracy)
@@ -67,6 +74,9 @@ struct PriorStanding {
 
   bool used() const { return space.has_value(); }
 };
+
+// What Create() and Judge() take at most while they are at work, bytes. `voxel`: the model's, m.
+uint64_t EstimateMemory(const PriorMesh& mesh, const PriorPose& placement, double voxel);
 
 // A function of both alone. `model`: may be empty. CANCELLED when that was requested on the way;
 // INVALID_ARGUMENT and RESOURCE_EXHAUSTED as SpaceOf().

@@ -8,6 +8,7 @@
 #include <memory>
 #include <numbers>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,7 @@
 #include "core/simulation/simulated_scanner.h"
 #include "core/site_prior/mesh_samples.h"
 #include "core/site_prior/prior_space.h"
+#include "core/site_prior/refutation.h"
 
 namespace vantage::site_prior {
 namespace {
@@ -201,15 +203,19 @@ TEST(SitePriorTest, MakesNothingRegister) {
     }
   }
   EXPECT_GT(more, 1000u);
-  // Behind the door the room is expected to its far end, which is farther than a room is without.
-  const auto far = [&](const planning::PlanningProblem& problem) {
-    double most = 0;
+  // Behind the door the room is expected as far as it goes, where without a prior some room is that
+  // reaches into walls.
+  const auto there = SpaceOf(MeshOf(rooms.scene()), {}, rooms.model().voxel_size());
+  ASSERT_TRUE(there.ok());
+  const auto in_walls = [&](const planning::PlanningProblem& problem) {
+    size_t count = 0;
     for (size_t i = 0; i < problem.feasible().cells().size(); ++i) {
-      most = std::max(most, (problem.feasible().Centre(i) - rooms.scene().starts[0]).norm());
+      count += there->Empty(there->At(problem.feasible().Centre(i))) ? 0 : 1;
     }
-    return most;
+    return count;
   };
-  EXPECT_GE(far(**with), far(**without) - 0.5);
+  EXPECT_EQ(in_walls(**with), 0u);
+  EXPECT_GT(in_walls(**without), 100u);
 }
 
 TEST(SitePriorTest, IsRefutedWhereAWallIsGone) {
@@ -271,11 +277,33 @@ TEST(SitePriorTest, SaysThatTheUnitIsWrongByTheTwoPoints) {
   EXPECT_THAT(metres.status().message(), HasSubstr("give the unit, mm"));
   const auto near = PlaceByPoints({{{{0, 0, 0}, {1, 1, 0}}, {{0.2, 0, 0}, {1.2, 1, 0}}}});
   EXPECT_THAT(near.status().message(), HasSubstr("far ends"));
+  // Near each other at one of both alone: within what points are off, and beyond it.
+  const auto at_site = PlaceByPoints({{{{0, 0, 0}, {1, 1, 0}}, {{1.6, 0, 0}, {1.8, 1, 0}}}});
+  EXPECT_THAT(at_site.status().message(), HasSubstr("0.80 m apart: take two"));
+  const auto in_prior = PlaceByPoints({{{{0, 0, 0}, {1, 1, 0}}, {{0.8, 0, 0}, {2.6, 1, 0}}}});
+  EXPECT_THAT(in_prior.status().message(), HasSubstr("0.80 m apart: take two"));
+  const auto contradict = PlaceByPoints({{{{0, 0, 0}, {1, 1, 0}}, {{0.8, 0, 0}, {9, 1, 0}}}});
+  EXPECT_THAT(contradict.status().message(), HasSubstr("in the prior and 8.00 m at the site"));
   const auto fine = PlaceByPoints({{{{0, 0, 0}, {1, 1, 0.5}}, {{5, 0, 0}, {1, 6, 0.5}}}});
   ASSERT_TRUE(fine.ok());
   EXPECT_NEAR(fine->yaw, std::numbers::pi / 2, 1e-9);
   EXPECT_LT((fine->ToModel({5, 0, 0}) - Eigen::Vector3d(1, 6, 0.5)).norm(), 1e-9);
   EXPECT_LT((fine->ToPrior(fine->ToModel({5, 2, 1})) - Eigen::Vector3d(5, 2, 1)).norm(), 1e-9);
+}
+
+TEST(SitePriorTest, IsGivenUpOnTheWay) {
+  ScannedScene rooms(simulation::TwoRooms(1));
+  std::stop_source stop;
+  stop.request_stop();
+  const parallel::Cancellation cancelled(stop.get_token());
+  const auto none = SitePrior::Create(MeshOf(rooms.scene()), {}, kDefaultAccuracy, cancelled);
+  EXPECT_EQ(none.status().code(), absl::StatusCode::kCancelled);
+  const auto space = SpaceOf(MeshOf(rooms.scene()), {}, 0.05);
+  ASSERT_TRUE(space.ok());
+  EXPECT_EQ(Refute(rooms.model(), *space, 0.1, cancelled).status().code(),
+            absl::StatusCode::kCancelled);
+  EXPECT_THAT(SitePrior::Create(MeshOf(rooms.scene()), {}, 0.31).status().message(),
+              HasSubstr("accuracy_m: in (0, 0.3]"));
 }
 
 TEST(SitePriorTest, HasNoRoomWhereItLiesOnItsSide) {
