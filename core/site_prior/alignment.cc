@@ -57,6 +57,7 @@ class Search {
       : model_(model),
         placement_(placement),
         tolerance_(std::max(2 * accuracy, 1.5 * model.voxel_size())),
+        floors_(model),
         walls_(std::move(walls)),
         middle_(Middle(walls_)),
         field_(space, BoxFor()) {}
@@ -102,6 +103,7 @@ class Search {
   const model::PlanningView& model_;
   const PriorPose& placement_;
   const double tolerance_;  // m
+  const Floors floors_;
   const std::vector<WallPoint> walls_;
   const Eigen::Vector3d middle_;
   const WallField field_;
@@ -233,7 +235,7 @@ Fit Search::Judge(const PriorPose& pose) const {
   size_t gone = 0;
   for (const WallPoint& wall : field_.points()) {
     const Eigen::Vector3d p = pose.ToModel(wall.at);
-    const std::optional<double> floor = FloorUnder(model_, p.z());
+    const std::optional<double> floor = floors_.Under(p.z());
     if (!floor.has_value() || p.z() < *floor + kWallsFrom || p.z() > *floor + kWallsTo) continue;
     const Known known = At(p);
     there += known == Known::kWall ? 1 : 0;
@@ -252,11 +254,12 @@ double HeightOff(const model::PlanningView& model, const model::PlanningView& sp
                  const PriorPose& pose, double most) {
   // Measured floor: what faces up within a hand of where a scanner stood.
   std::vector<Eigen::Vector3d> floor;
+  const Floors floors(model);
   model.ForEachSurface(
       [&](const model::VoxelIndex&, model::VoxelState state, const model::SurfaceVoxel& surface) {
         if (state != model::VoxelState::kTrueSurface || surface.normal.z() < 0.9F) return;
         const Eigen::Vector3d at = surface.centroid.cast<double>();
-        const std::optional<double> under = FloorUnder(model, at.z());
+        const std::optional<double> under = floors.Under(at.z());
         if (under.has_value() && std::abs(at.z() - *under) < 0.1) floor.push_back(at);
       });
   if (floor.empty()) return 0;

@@ -1,6 +1,5 @@
 #include "core/site_prior/prior_file.h"
 
-#include <cmath>
 #include <utility>
 
 #include "absl/status/status.h"
@@ -50,10 +49,6 @@ absl::Status CheckReading(const PriorReading& reading) {
   if (!(reading.wall_height > 0.5 && reading.wall_height <= 50)) {
     return absl::InvalidArgumentError("wall_height_m: in (0.5, 50]");
   }
-  if (!(std::abs(reading.floor) <= kWidestPrior)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("floor_m: at most ", kWidestPrior, " m from the origin"));
-  }
   if (!(reading.darkest > 0 && reading.darkest < 1)) {
     return absl::InvalidArgumentError("darkest: in (0, 1), 0 being black");
   }
@@ -100,7 +95,7 @@ absl::StatusOr<PriorMesh> ParsePrior(absl::string_view bytes, const PriorReading
       return absl::InvalidArgumentError(
           absl::StrCat("the plan is ", widest, " m wide: check its scale"));
     }
-    absl::StatusOr<PriorMesh> mesh = ExtrudePlan(*plan, reading.floor, reading.wall_height);
+    absl::StatusOr<PriorMesh> mesh = ExtrudePlan(*plan, 0, reading.wall_height);
     if (!mesh.ok()) return mesh.status();
     mesh->unit = reading.unit > 0 ? reading.unit : plan->unit;
     if (absl::Status fine = CheckPrior(*mesh); !fine.ok()) return fine;

@@ -6,24 +6,19 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "core/site_prior/building_units.h"
 
 namespace vantage::site_prior {
 namespace {
 
 constexpr double kNarrowestPrior = 1;  // m: nobody scans less than a room
 constexpr double kFlatPrior = 0.5;     // m: nobody stands upright in less
-// What people measure buildings in, m.
-struct Unit {
-  const char* name;
-  double metres;
-};
-constexpr Unit kUnits[] = {{"mm", 0.001}, {"cm", 0.01}, {"in", 0.0254}, {"ft", 0.3048}};
 constexpr double kLikelyWidth = 3;     // m
 constexpr double kLikelyWidest = 300;  // m
 
 // The cure where the width (m, as it was read) is none of a building.
 std::string UnitFor(double width) {
-  for (const Unit& unit : kUnits) {
+  for (const BuildingUnit& unit : kBuildingUnits) {
     const double meant = width * unit.metres;
     if (meant >= kLikelyWidth && meant <= kLikelyWidest) {
       return absl::StrFormat("give the unit, %s, in which it is %.0f m", unit.name, meant);

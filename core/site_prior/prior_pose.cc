@@ -7,6 +7,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_format.h"
+#include "core/site_prior/building_units.h"
 
 namespace vantage::site_prior {
 namespace {
@@ -38,10 +39,9 @@ absl::StatusOr<PriorPose> PlaceByPoints(const std::array<PlacedPoint, 2>& points
   const double there = at_site.norm();
   if (std::abs(apart - there) > kPointsOff + kScaleOff * std::max(apart, there)) {
     std::string cure = "take the points again";
-    for (const auto& [name, metres] :
-         {std::pair("mm", 0.001), std::pair("cm", 0.01), std::pair("ft", 0.3048)}) {
-      if (std::abs(apart * metres - there) <= kPointsOff + kScaleOff * there) {
-        cure = absl::StrFormat("give the unit, %s", name);
+    for (const BuildingUnit& unit : kBuildingUnits) {
+      if (std::abs(apart * unit.metres - there) <= kPointsOff + kScaleOff * there) {
+        cure = absl::StrFormat("give the unit, %s", unit.name);
         break;
       }
     }

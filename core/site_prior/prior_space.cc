@@ -23,6 +23,9 @@ constexpr double kHeadroom = 1.8;       // m over floor of a room
 constexpr double kLeastFloor = 2.0;     // m2 of floor with headroom: a wardrobe has less
 constexpr double kOpenAbove = 2.5;      // m over the floor, where no ceiling is
 constexpr double kOpenFurniture = 1.5;  // m over the floor that such space begins at most
+// m: of the squares, three by three of which say whether rooms have ceilings there. A room is as
+// wide as that; eaves, and strips that a survey left out, are not.
+constexpr double kRoofSquare = 1.0;
 constexpr double kFacesUp = 0.7;        // |cosine| of surface that something stands on
 constexpr size_t kBetweenLooks = 4096;  // samples or columns between looks whether it is wanted
 // Of a voxel with surface while rooms are made: samples, runs, and what bricks have of it. Of a
@@ -79,8 +82,7 @@ class Rooms {
   // True when there is a room.
   bool Find() {
     FindRuns();
-    Connect();
-    return std::find(room_.begin(), room_.end(), 1) != room_.end();
+    return !Stopped() && Connect();
   }
   // After each of the steps: whether it was ended before its end, and why.
   absl::Status Ended() const {
@@ -118,8 +120,13 @@ class Rooms {
 
   void FindRuns() {
     const int headroom = Layers(kHeadroom);
-    size_t closed = 0;
-    size_t open = 0;
+    // Of columns over floor, by squares: with a ceiling, and without.
+    absl::flat_hash_map<Column, std::pair<size_t, size_t>> roofs;
+    const int side = std::max(1, Layers(kRoofSquare));
+    const auto square_of = [&](int x, int y) {
+      const auto down = [&](int at) { return at >= 0 ? at / side : -((-at - 1) / side) - 1; };
+      return Column(down(x), down(y));
+    };
     std::vector<Run> without_ceiling;
     ForEachColumn([&](size_t begin, size_t end) {
       bool roofed = false;
@@ -131,14 +138,31 @@ class Rooms {
         roofed |= run.on_level && run.high - run.low >= headroom;
       }
       if (!surface_[begin].Level()) return;
-      ++(roofed ? closed : open);
+      std::pair<size_t, size_t>& roof =
+          roofs[square_of(surface_[begin].at.x(), surface_[begin].at.y())];
+      ++(roofed ? roof.first : roof.second);
       const Surface& top = surface_[end - 1];
+      if (Stopped()) return;
       if (roofed || (top.at.z() - surface_[begin].at.z()) > Layers(kOpenFurniture)) return;
       without_ceiling.push_back({top.at.x(), top.at.y(), top.at.z() + 1,
                                  surface_[begin].at.z() + Layers(kOpenAbove), top.Level()});
     });
-    // The top of a roof is no room; a mesh that was looked into from above has no roof at all.
-    if (open > closed) runs_.insert(runs_.end(), without_ceiling.begin(), without_ceiling.end());
+    // Eaves and terraces are no rooms; where a mesh was looked into from above a whole room has no
+    // ceiling.
+    for (const Run& run : without_ceiling) {
+      const Column square = square_of(run.x, run.y);
+      size_t closed = 0;
+      size_t open = 0;
+      for (int dy = -1; dy <= 1; ++dy) {
+        for (int dx = -1; dx <= 1; ++dx) {
+          const auto roof = roofs.find({square.first + dx, square.second + dy});
+          if (roof == roofs.end()) continue;
+          closed += roof->second.first;
+          open += roof->second.second;
+        }
+      }
+      if (open > closed) runs_.push_back(run);
+    }
     std::sort(runs_.begin(), runs_.end(), [](const Run& a, const Run& b) {
       return std::tuple(a.y, a.x, a.low) < std::tuple(b.y, b.x, b.low);
     });
@@ -149,8 +173,8 @@ class Rooms {
     return run;
   }
 
-  // Which runs hang together with floor of a room.
-  void Connect() {
+  // Which runs hang together with floor of a room. False when there is none.
+  bool Connect() {
     constexpr int kLeastOverlap = 2;  // layers
     absl::flat_hash_map<Column, std::pair<size_t, size_t>> by_column;
     for (size_t begin = 0; begin < runs_.size();) {
@@ -165,6 +189,7 @@ class Rooms {
     parent_.resize(runs_.size());
     std::iota(parent_.begin(), parent_.end(), size_t{0});
     for (size_t i = 0; i < runs_.size(); ++i) {
+      if (Stopped()) return false;
       for (const Column& side : {Column(1, 0), Column(0, 1)}) {
         const auto it = by_column.find({runs_[i].x + side.first, runs_[i].y + side.second});
         if (it == by_column.end()) continue;
@@ -183,6 +208,7 @@ class Rooms {
     }
     room_.assign(runs_.size(), 0);
     for (size_t i = 0; i < runs_.size(); ++i) room_[i] = area[RootOf(i)] >= kLeastFloor;
+    return std::find(room_.begin(), room_.end(), 1) != room_.end();
   }
 
   const double voxel_;
@@ -287,8 +313,12 @@ uint64_t EstimateSpaceMemory(const PriorMesh& mesh, double scale, double voxel) 
   return static_cast<uint64_t>(surface * kBytesOfSurface + bricks * kBytesOfBrick);
 }
 
-absl::StatusOr<model::PlanningView> SpaceOf(const PriorMesh& mesh, const PriorPose& pose,
-                                            double voxel, const parallel::Cancellation& cancelled) {
+uint64_t BytesOf(const model::PlanningView& space) {
+  return static_cast<uint64_t>(static_cast<double>(space.bricks().size()) * kBytesOfBrick) +
+         space.SurfaceCount() * sizeof(model::SurfaceVoxel);
+}
+
+absl::Status CheckPlace(const PriorMesh& mesh, const PriorPose& pose, double voxel) {
   const Eigen::AlignedBox3d box = mesh.Bounds().cast<double>();
   for (int corner = 0; corner < 8; ++corner) {
     const double farthest =
@@ -300,6 +330,12 @@ absl::StatusOr<model::PlanningView> SpaceOf(const PriorMesh& mesh, const PriorPo
         "points with the site",
         farthest / 1000, kFarthestVoxel * voxel / 1000));
   }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<model::PlanningView> SpaceOf(const PriorMesh& mesh, const PriorPose& pose,
+                                            double voxel, const parallel::Cancellation& cancelled) {
+  if (absl::Status near = CheckPlace(mesh, pose, voxel); !near.ok()) return near;
   const double samples = MostMeshSamples(mesh, pose.scale, voxel / 2);
   if (!(samples <= kMostPriorSamples)) {
     return absl::InvalidArgumentError(absl::StrFormat(
@@ -309,13 +345,14 @@ absl::StatusOr<model::PlanningView> SpaceOf(const PriorMesh& mesh, const PriorPo
   }
   Rooms rooms(mesh, pose, voxel, cancelled);
   if (absl::Status ended = rooms.Ended(); !ended.ok()) return ended;
-  if (!rooms.Find()) {
+  const bool any = rooms.Find();
+  if (absl::Status ended = rooms.Ended(); !ended.ok()) return ended;
+  if (!any) {
     return absl::InvalidArgumentError(absl::StrFormat(
         "the prior has no room: nowhere %.0f m2 of floor with %.1f m of space over it; does its z "
         "axis point up, and is its floor there?",
         kLeastFloor, kHeadroom));
   }
-  if (cancelled.Requested()) return absl::CancelledError("site prior");
   std::vector<model::BrickAt> bricks = rooms.Bricks();
   if (absl::Status ended = rooms.Ended(); !ended.ok()) return ended;
   return model::PlanningView(voxel, 0, std::move(bricks), {});

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/model/view/planning_view.h"
 #include "core/parallel/cancellation.h"
@@ -23,10 +24,16 @@ inline constexpr double kMostPriorSamples = 1e8;
 // What SpaceOf() takes at most while it is at work, bytes, whatever it answers.
 uint64_t EstimateSpaceMemory(const PriorMesh& mesh, double scale, double voxel);
 
+// What a prior's space holds, bytes.
+uint64_t BytesOf(const model::PlanningView& space);
+
+// INVALID_ARGUMENT: it lies farther off than voxels are counted.
+absl::Status CheckPlace(const PriorMesh& mesh, const PriorPose& pose, double voxel);
+
 // Rooms are empty: what lies over floor with headroom, and what hangs together with that under
 // furniture. Surface beside them is true surface at no density that faces them. All else is
 // unknown: slabs, the inside of furniture, what is outside. No stations. INVALID_ARGUMENT: it has
-// no room, lies farther off than voxels are counted, or its triangles are so long that it takes
+// no room, CheckPlace(), or its triangles are so long that it takes
 // more than kMostPriorSamples. RESOURCE_EXHAUSTED: more surface or rooms than the bounds. CANCELLED
 // when that was requested on the way.
 absl::StatusOr<model::PlanningView> SpaceOf(const PriorMesh& mesh, const PriorPose& pose,

@@ -87,10 +87,10 @@ class Around {
   const int reach_;  // voxels
 };
 
-bool OverFurniture(const model::PlanningView& model, const model::SurfaceVoxel& surface) {
+bool OverFurniture(const Floors& floors, const model::SurfaceVoxel& surface) {
   if (!IsUpright(surface.normal)) return false;
   const auto z = static_cast<double>(surface.centroid.z());
-  const std::optional<double> floor = FloorUnder(model, z);
+  const std::optional<double> floor = floors.Under(z);
   return floor.has_value() && z >= *floor + kWallsFrom && z <= *floor + kWallsTo;
 }
 
@@ -256,6 +256,7 @@ absl::StatusOr<Refutation> Refute(const model::PlanningView& model,
   const double face = voxel * voxel;
   const Around measured(model, accuracy + voxel);
   const Around expected(space, accuracy + voxel);
+  const Floors floors(model);
   double agreeing = 0;
   double gone = 0;
   double added = 0;
@@ -270,12 +271,12 @@ absl::StatusOr<Refutation> Refute(const model::PlanningView& model,
         const bool missing = !there && known == model::VoxelState::kEmpty;
         if (missing) refuted[model::KeyOf(model::Brick::Of(v))] += face;
         if (!there && !missing) return;
-        if (OverFurniture(model, surface)) (there ? agreeing : gone) += face;
+        if (OverFurniture(floors, surface)) (there ? agreeing : gone) += face;
       });
   model.ForEachSurface(
       [&](const model::VoxelIndex& v, model::VoxelState state, const model::SurfaceVoxel& surface) {
         if (looks.Stopped() || state != model::VoxelState::kTrueSurface) return;
-        if (!space.Empty(v) || !OverFurniture(model, surface) || expected.AnySurface(v)) return;
+        if (!space.Empty(v) || !OverFurniture(floors, surface) || expected.AnySurface(v)) return;
         refuted[model::KeyOf(model::Brick::Of(v))] += face;
         added += face;
       });

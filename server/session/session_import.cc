@@ -129,6 +129,12 @@ absl::Status SessionImport::BeginBlob(const storage::v1::ArchiveBlob& blob) {
       break;
     }
     case storage::v1::ARCHIVE_BLOB_KIND_SITE_PRIOR:
+      if (blob.size_bytes() > kMostPriorBlob) {
+        return ArchiveDamaged("a prior of the site that is larger than one may be");
+      }
+      if (absl::Status room = account_.Reserve(blob.size_bytes()); !room.ok()) return room;
+      plan_.clear();
+      break;
     case storage::v1::ARCHIVE_BLOB_KIND_PLAN:
       if (blob.size_bytes() > kMaxPlanBytes) return ArchiveDamaged("a plan that is too large");
       if (absl::Status room = account_.Reserve(blob.size_bytes()); !room.ok()) return room;

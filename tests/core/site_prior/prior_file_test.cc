@@ -169,6 +169,27 @@ TEST(PriorFileTest, RefusesMoreSurfaceThanItHasMemoryFor) {
   EXPECT_GT(EstimateSpaceMemory(room, 1, 0.05), uint64_t{10} << 20);
 }
 
+// A tablet looked into one of two rooms from above, and left the ceiling out; eaves are no room.
+TEST(PriorFileTest, FindsARoomWithoutCeilingBesideALargerOneWithOne) {
+  PriorMesh mesh = *ParsePrior(BoxObj(9, 6, 2.7), {});
+  const auto add = [&](float x, float y, float width, float depth, float z) {
+    const auto first = static_cast<uint32_t>(mesh.vertices.size());
+    mesh.vertices.insert(
+        mesh.vertices.end(),
+        {{x, y, z}, {x + width, y, z}, {x + width, y + depth, z}, {x, y + depth, z}});
+    mesh.triangles.push_back({first, first + 1, first + 2});
+    mesh.triangles.push_back({first, first + 2, first + 3});
+  };
+  add(20, 0, 4, 4, 0);
+  add(0, -0.5F, 9, 0.48F, 2.7F);
+  const model::PlanningView space = SpaceIn(mesh);
+  EXPECT_TRUE(space.Empty(space.At({4, 3, 1})));
+  EXPECT_TRUE(space.Empty(space.At({22, 2, 1})));
+  EXPECT_TRUE(space.Empty(space.At({20.2, 2, 1})));
+  EXPECT_FALSE(space.Empty(space.At({22, 2, 2.7})));
+  EXPECT_FALSE(space.Empty(space.At({4, -0.25, 3.5})));
+}
+
 TEST(PriorFileTest, RefusesWhatIsEmptyOrDamaged) {
   EXPECT_THAT(ParsePrior("v 0 0 0\nv 1 0 0\n", {}).status().message(),
               testing::AnyOf(HasSubstr("empty"), HasSubstr("OBJ")));
@@ -219,23 +240,22 @@ TEST(PriorFileTest, RefusesAnOpenPlan) {
 TEST(PriorFileTest, ReadsAPictureWithAScale) {
   PriorReading reading;
   reading.unit = 0.05;
-  reading.floor = -1.5;
-  reading.wall_height = 2.6;
+  reading.wall_height = 2.62;
   const auto mesh = ParsePrior(Png(200, 128, TwoRoomsPlan(200, 128)), reading);
   ASSERT_TRUE(mesh.ok()) << mesh.status();
   const model::PlanningView space = SpaceIn(*mesh);
   // y up: the picture's rows 14 to 114 lie between -5.7 and -0.7 m.
-  EXPECT_TRUE(space.Empty(space.At({2, -3, 0})));
-  EXPECT_TRUE(space.Empty(space.At({6, -3, 0})));
-  EXPECT_TRUE(space.Empty(space.At({4.7, -3, 0})));     // the door
-  EXPECT_FALSE(space.Empty(space.At({4.7, -1.5, 0})));  // the wall beside it
-  EXPECT_TRUE(space.Empty(space.At({2.02, -2.2, 0})));  // the letter is no wall
-  EXPECT_FALSE(space.Empty(space.At({0.2, -3, 0})));
-  const auto floor = space.Surface(space.At({2, -3, -1.5}));
+  EXPECT_TRUE(space.Empty(space.At({2, -3, 1.5})));
+  EXPECT_TRUE(space.Empty(space.At({6, -3, 1.5})));
+  EXPECT_TRUE(space.Empty(space.At({4.7, -3, 1.5})));     // the door
+  EXPECT_FALSE(space.Empty(space.At({4.7, -1.5, 1.5})));  // the wall beside it
+  EXPECT_TRUE(space.Empty(space.At({2.02, -2.2, 1.5})));  // the letter is no wall
+  EXPECT_FALSE(space.Empty(space.At({0.2, -3, 1.5})));
+  const auto floor = space.Surface(space.At({2, -3, 0}));
   ASSERT_TRUE(floor.has_value());
   EXPECT_GT(floor->normal.z(), 0.9F);
   EXPECT_EQ(floor->density, 0);
-  const auto ceiling = space.Surface(space.At({2, -3, 1.1}));
+  const auto ceiling = space.Surface(space.At({2, -3, 2.6}));
   ASSERT_TRUE(ceiling.has_value());
   EXPECT_LT(ceiling->normal.z(), -0.9F);
 }

@@ -23,6 +23,7 @@
 #include "core/site_prior/mesh_samples.h"
 #include "core/site_prior/prior_space.h"
 #include "core/site_prior/refutation.h"
+#include "core/site_prior/walls.h"
 
 namespace vantage::site_prior {
 namespace {
@@ -314,6 +315,51 @@ TEST(SitePriorTest, HasNoRoomWhereItLiesOnItsSide) {
   const auto standing = JudgeAt(rooms.model(), wall, {});
   EXPECT_EQ(standing.status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(standing.status().message(), HasSubstr("no room"));
+}
+
+// A stated scale is that of heights, too: a prior of twice the size lies 1.5 m of the site off.
+TEST(SitePriorTest, IsSoughtInMetresOfTheSite) {
+  ScannedScene flat(simulation::FurnishedFlat(101));
+  flat.ScanFrom(flat.scene().starts[0]);
+  PriorPose placement = Rough();
+  placement.translation.z() = 1.5;
+  placement.scale = 0.5;
+  const auto standing = JudgeAt(flat.model(), MeshOf(flat.scene(), 2), placement);
+  ASSERT_TRUE(standing.ok()) << standing.status();
+  ASSERT_EQ(standing->state, PriorState::kAligned) << standing->message;
+  EXPECT_NEAR(standing->alignment.pose.scale, 0.5, 0.003);
+  EXPECT_LT(Off(standing->alignment.pose, 2, flat.scene().starts[0]), 0.06);
+}
+
+TEST(SitePriorTest, SaysThatItCannotBeHadInTheModelsVoxels) {
+  PriorMesh hall;
+  hall.vertices = {{0, 0, 0}, {32, 0, 0}, {32, 32, 0}, {0, 32, 0},
+                   {0, 0, 3}, {32, 0, 3}, {32, 32, 3}, {0, 32, 3}};
+  hall.triangles = {{0, 1, 2}, {0, 2, 3}, {4, 5, 6}, {4, 6, 7}};
+  const auto prior = SitePrior::Create(hall, {});
+  ASSERT_TRUE(prior.ok()) << prior.status();
+  EXPECT_TRUE(CheckUsable(**prior, 0.05).ok());
+  const absl::Status fine = CheckUsable(**prior, 0.02);
+  EXPECT_EQ(fine.code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(fine.message(), HasSubstr("in voxels of 0.02 m"));
+  const auto standing = Judge(model::PlanningView(0.02, 0, {}, {}), **prior);
+  ASSERT_TRUE(standing.ok()) << standing.status();
+  EXPECT_EQ(standing->state, PriorState::kUnusable);
+  EXPECT_FALSE(standing->used());
+  EXPECT_THAT(standing->message, HasSubstr("give the part that is to be scanned"));
+}
+
+TEST(SitePriorTest, KnowsTheFloorThatAPlaceLiesOver) {
+  std::vector<model::Station> stations(3);
+  stations[0].floor_height = 2.8;
+  stations[1].floor_height = 0;
+  stations[2].floor_height = 2.8;
+  const Floors floors(model::PlanningView(0.05, 1, {}, stations));
+  EXPECT_FALSE(floors.Under(-0.4).has_value());
+  EXPECT_EQ(floors.Under(-0.2), 0.0);
+  EXPECT_EQ(floors.Under(2.4), 0.0);
+  EXPECT_EQ(floors.Under(2.6), 2.8);
+  EXPECT_EQ(floors.Under(9), 2.8);
 }
 
 }  // namespace

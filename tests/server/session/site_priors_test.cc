@@ -70,9 +70,10 @@ class SitePriorsTest : public testing::Test {
     return request;
   }
   static absl::StatusOr<v1::SetSitePriorResponse> Set(Session& session,
-                                                      const v1::SetSitePriorRequest& request) {
+                                                      const v1::SetSitePriorRequest& request,
+                                                      PriorSource source = {}) {
     std::promise<absl::StatusOr<v1::SetSitePriorResponse>> answer;
-    session.site_priors().Set(request, nullptr,
+    session.site_priors().Set(request, std::move(source),
                               [&](auto response) { answer.set_value(std::move(response)); });
     return answer.get_future().get();
   }
