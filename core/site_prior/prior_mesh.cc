@@ -89,19 +89,19 @@ absl::Status CheckPrior(const PriorMesh& mesh) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<PriorMesh> MeshOfModel(const model::PlanningView& model) {
+absl::StatusOr<PriorMesh> MeshOfModel(const model::PlanningView& model, size_t most) {
   // At most: some of it is false surface.
-  if (2 * model.SurfaceCount() > kMostPriorTriangles) {
+  if (2 * model.SurfaceCount() > most) {
     size_t squares = 0;
     model.ForEachSurface(
         [&](const model::VoxelIndex&, model::VoxelState state, const model::SurfaceVoxel&) {
           squares += state == model::VoxelState::kTrueSurface ? 1 : 0;
         });
-    if (2 * squares > kMostPriorTriangles) {
+    if (2 * squares > most) {
       return absl::ResourceExhaustedError(absl::StrFormat(
           "its model has %d voxels of surface, more than %d: scan by a smaller job, "
           "or export its mesh and give the part that is to be scanned",
-          squares, kMostPriorTriangles / 2));
+          squares, most / 2));
     }
   }
   PriorMesh mesh;

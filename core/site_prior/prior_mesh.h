@@ -42,8 +42,9 @@ inline constexpr uint64_t kMostPriorBytes = 16 + uint64_t{4} * 12 * kMostPriorTr
 absl::Status CheckPrior(const PriorMesh& mesh);
 
 // The measured surface of a model: a square for each of its voxels.
-// RESOURCE_EXHAUSTED: more than kMostPriorTriangles; nothing was built.
-absl::StatusOr<PriorMesh> MeshOfModel(const model::PlanningView& model);
+// RESOURCE_EXHAUSTED: more than `most` triangles; nothing was built.
+absl::StatusOr<PriorMesh> MeshOfModel(const model::PlanningView& model,
+                                      size_t most = kMostPriorTriangles);
 
 // As it is stored: numbers of vertices and triangles (u64 each), vertices (three f32 each),
 // triangles (three u32 each), little-endian.

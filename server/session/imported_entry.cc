@@ -82,7 +82,6 @@ class Check {
         break;
       case v1::SessionEvent::kSitePriorSet:
         SitePrior(event.site_prior_set().site_prior());
-        if (entry.blob().empty()) violations_.Add("blob", "is required: the prior's triangles");
         break;
       case v1::SessionEvent::kSitePriorCleared:
         SitePriorName(event.site_prior_cleared().site_prior().name());

@@ -286,7 +286,8 @@ absl::Status SessionImport::End() {
       return ArchiveDamaged(absl::StrCat("it lacks the details of ", name));
     }
   }
-  if (!state_.site_prior_blob.empty() && !use(state_.site_prior_blob)) {
+  const bool prior = !state_.site_prior.name().empty() || !state_.site_prior_blob.empty();
+  if (prior && (state_.site_prior_blob.empty() || !use(state_.site_prior_blob))) {
     return ArchiveDamaged("it lacks its prior of the site");
   }
   if (!unused.empty()) return ArchiveDamaged("it has data that its log does not name");

@@ -326,7 +326,9 @@ absl::StatusOr<v1::SetSitePriorResponse> SitePriors::SetNow(Setting& setting) {
   const auto pose = ReadPlacement(prior, prior.unit_m(), context_.origin());
   if (!pose.ok()) return pose.status();
   if (absl::Status near = site_prior::CheckPlace(setting.mesh, *pose, voxel); !near.ok()) {
-    return contract::InvalidField("site_prior.points", near.message());
+    return contract::InvalidField(
+        "site_prior.points",
+        absl::StrCat(near.message(), "; in a national grid, state session.origin"));
   }
   const double accuracy =
       prior.accuracy_m() > 0 ? prior.accuracy_m() : site_prior::kDefaultAccuracy;
@@ -393,20 +395,22 @@ void SitePriors::Describe(std::function<void(absl::StatusOr<v1::GetSitePriorResp
                                                        std::vector<model::Station>());
   }
   if (!model_.BeginEvaluation()) return done(TooMany());
-  context_.RunInteractive(
-      [this, question = *std::move(question), model, done = std::move(done)](parallel::Parallel&) {
-        const auto use = contract::UnlessOutOfMemory([&] {
-          return model_.site_prior().Of(question, model.view,
-                                        parallel::Cancellation(stop_.get_token()));
+  context_.RunInteractive([this, question = *std::move(question), model,
+                           done = std::move(done)](parallel::Parallel&) {
+    absl::StatusOr<v1::GetSitePriorResponse> response =
+        contract::UnlessOutOfMemory([&]() -> absl::StatusOr<v1::GetSitePriorResponse> {
+          const auto use = model_.site_prior().Of(question, model.view,
+                                                  parallel::Cancellation(stop_.get_token()));
+          if (absl::IsCancelled(use.status())) return Ended();
+          if (!use.ok()) return use.status();
+          v1::GetSitePriorResponse standing;
+          *standing.mutable_site_prior() = question.prior;
+          *standing.mutable_standing() = WriteStanding((*use)->standing, question, model.version);
+          return standing;
         });
-        model_.EndEvaluation();
-        if (absl::IsCancelled(use.status())) return done(Ended());
-        if (!use.ok()) return done(use.status());
-        v1::GetSitePriorResponse response;
-        *response.mutable_site_prior() = question.prior;
-        *response.mutable_standing() = WriteStanding((*use)->standing, question, model.version);
-        done(std::move(response));
-      });
+    model_.EndEvaluation();
+    done(std::move(response));
+  });
 }
 
 absl::Status SitePriors::Clear(const v1::ClearSitePriorRequest& request) {

@@ -349,6 +349,17 @@ TEST(SitePriorTest, SaysThatItCannotBeHadInTheModelsVoxels) {
   EXPECT_THAT(standing->message, HasSubstr("give the part that is to be scanned"));
 }
 
+TEST(SitePriorTest, BuildsNoMeshOfAModelThatIsTooLarge) {
+  ScannedScene rooms(simulation::TwoRooms(1));
+  rooms.ScanFrom(rooms.scene().starts[0]);
+  const auto mesh = MeshOfModel(rooms.model());
+  ASSERT_TRUE(mesh.ok()) << mesh.status();
+  EXPECT_TRUE(MeshOfModel(rooms.model(), mesh->triangles.size()).ok());
+  const absl::Status large = MeshOfModel(rooms.model(), mesh->triangles.size() - 2).status();
+  EXPECT_EQ(large.code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(large.message(), HasSubstr("voxels of surface, more than"));
+}
+
 TEST(SitePriorTest, KnowsTheFloorThatAPlaceLiesOver) {
   std::vector<model::Station> stations(3);
   stations[0].floor_height = 2.8;
