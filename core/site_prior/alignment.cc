@@ -32,6 +32,9 @@ constexpr double kSameYaw = 0.05;    // rad
 constexpr double kAgrees = 0.65;    // the least share of measured walls
 constexpr double kDisagrees = 0.5;  // below it the prior is not of this place
 constexpr double kMostMissing = 0.25;
+// m2 of measured wall, as a room of 4 by 5 m has over furniture: who saw more, at places of which
+// none agrees, has seen enough.
+constexpr double kRoomOfWalls = 25.0;
 constexpr double kMostRival = 0.75;     // of the best fit
 constexpr size_t kDecidedAtLeast = 30;  // cells of the prior's walls
 
@@ -397,7 +400,8 @@ absl::StatusOr<Alignment> Align(const model::PlanningView& model, const model::P
   const bool agrees = best.agreeing >= kAgrees && best.missing <= kMostMissing;
   if (agrees) {
     alignment.verdict = several ? AlignmentVerdict::kNotEnoughSeen : AlignmentVerdict::kAligned;
-  } else if (best.agreeing < kDisagrees || best.missing > kMostMissing || !several) {
+  } else if (best.agreeing < kDisagrees || best.missing > kMostMissing || !several ||
+             alignment.wall_area > kRoomOfWalls) {
     alignment.verdict = AlignmentVerdict::kNotAligned;
   }
   alignment.message = Words(alignment, several);

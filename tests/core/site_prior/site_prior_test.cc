@@ -317,6 +317,25 @@ TEST(SitePriorTest, HasNoRoomWhereItLiesOnItsSide) {
   EXPECT_THAT(standing.status().message(), HasSubstr("no room"));
 }
 
+// Half of the walls of a flat that is turned lie on those of another place in it, wherever it is
+// put; once a room was seen that is a verdict, and not something to wait for.
+TEST(SitePriorTest, IsNotAlignedWhereNoPlaceOfSeveralAgrees) {
+  ScannedScene flat(simulation::FurnishedFlat(3));
+  const PriorMesh turned = HalfTurned(MeshOf(flat.scene()));
+  bool decided = false;
+  for (const Eigen::Vector3d& start : flat.scene().starts) {
+    flat.ScanFrom(start);
+    const auto standing = JudgeAt(flat.model(), turned, Rough());
+    ASSERT_TRUE(standing.ok()) << standing.status();
+    EXPECT_FALSE(standing->used());
+    if (standing->alignment.wall_area < 25) continue;
+    decided = true;
+    EXPECT_EQ(standing->state, PriorState::kNotAligned) << standing->message;
+    EXPECT_THAT(standing->message, HasSubstr("place it anew, or give another one"));
+  }
+  EXPECT_TRUE(decided);
+}
+
 // A stated scale is that of heights, too: a prior of twice the size lies 1.5 m of the site off.
 TEST(SitePriorTest, IsSoughtInMetresOfTheSite) {
   ScannedScene flat(simulation::FurnishedFlat(101));

@@ -205,7 +205,6 @@ TEST_F(SitePriorsTest, SaysWhatIsWrongWithAFileAndGoesOnWithoutIt) {
     EXPECT_EQ(BlobOf(*session_), "");
   };
   constexpr auto kInvalid = absl::StatusCode::kInvalidArgument;
-  constexpr auto kTooMuch = absl::StatusCode::kResourceExhausted;
 
   v1::SetSitePriorRequest millimetres = Request(0.001);
   millimetres.mutable_site_prior()->clear_unit_m();
@@ -233,7 +232,6 @@ TEST_F(SitePriorsTest, SaysWhatIsWrongWithAFileAndGoesOnWithoutIt) {
           "is its floor there?");
 
   refused(Of(BoxObj(5000, 4000, 3)), kInvalid, "file", "is 5000 m wide: give the unit");
-  refused(Of(BoxObj(120, 90, 3)), kTooMuch, "file", "give the part that is to be scanned");
   std::string sliver = BoxObj(1500, 4, 3);
   for (int i = 0; i < 400; ++i) absl::StrAppend(&sliver, "f 1 8 ", i % 2 == 0 ? 2 : 3, "\n");
   refused(Of(sliver), kInvalid, "file", "without long slivers");
@@ -258,7 +256,12 @@ TEST_F(SitePriorsTest, TakesAScaleFromPointsThatAreFarApart) {
   EXPECT_THAT(Set(*session_, request).status().ToString(), HasSubstr("picture"));
 }
 
-TEST_F(SitePriorsTest, SaysWhatCannotBeHadInTheModelsVoxels) {
+TEST_F(SitePriorsTest, SaysWhatIsTooLargeForTheModelsVoxels) {
+  const absl::Status huge = Set(*session_, Of(BoxObj(120, 90, 3))).status();
+  EXPECT_EQ(huge.code(), absl::StatusCode::kResourceExhausted) << huge;
+  EXPECT_EQ(contract::ReasonOf(huge), "FILE_TOO_LARGE");
+  EXPECT_THAT(huge.message(), testing::AllOf(HasSubstr("file: the prior has more than 10000 m2"),
+                                             HasSubstr("give the part that is to be scanned")));
   v1::Session described;
   described.mutable_model_config()->set_voxel_size_m(0.02);
   v1::CreateSessionRequest create;
@@ -595,9 +598,9 @@ TEST_F(SitePriorsTest, StaysWithinTheServersMemory) {
     const auto session = fixture::OpenSession(registry, "job");
     auto others = memory.Take("", (int64_t{2} << 30) - (int64_t{100} << 20));
     ASSERT_TRUE(others.has_value());
-    EXPECT_EQ(contract::ReasonOf(Set(*session, Of(BoxObj(40, 30, 3))).status()), "MEMORY_SHORT");
+    EXPECT_EQ(contract::ReasonOf(Set(*session, Of(BoxObj(12, 9, 3))).status()), "MEMORY_SHORT");
     others->Set(int64_t{100} << 20);
-    ASSERT_TRUE(Set(*session, Of(BoxObj(40, 30, 3))).ok());
+    ASSERT_TRUE(Set(*session, Of(BoxObj(12, 9, 3))).ok());
     EXPECT_EQ(memory.used(), int64_t{100} << 20) << "what it took is given back";
     others->Set((int64_t{2} << 30) - (int64_t{20} << 20));
     EXPECT_EQ(contract::ReasonOf(Get(*session).status()), "MEMORY_SHORT");
