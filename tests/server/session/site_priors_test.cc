@@ -599,6 +599,11 @@ TEST_F(SitePriorsTest, StaysWithinTheServersMemory) {
     auto others = memory.Take("", (int64_t{2} << 30) - (int64_t{100} << 20));
     ASSERT_TRUE(others.has_value());
     EXPECT_EQ(contract::ReasonOf(Set(*session, Of(BoxObj(12, 9, 3))).status()), "MEMORY_SHORT");
+    // What its reader takes counts, too: of a picture more than is left.
+    others->Set((int64_t{2} << 30) - (int64_t{300} << 20));
+    v1::SetSitePriorRequest picture = Of("\x89PNG\r\n\x1a\n");
+    picture.mutable_site_prior()->set_unit_m(0.05);
+    EXPECT_EQ(contract::ReasonOf(Set(*session, picture).status()), "MEMORY_SHORT");
     others->Set(int64_t{100} << 20);
     ASSERT_TRUE(Set(*session, Of(BoxObj(12, 9, 3))).ok());
     EXPECT_EQ(memory.used(), int64_t{100} << 20) << "what it took is given back";
