@@ -15,6 +15,7 @@
 #include "client/library/error.h"
 #include "client/library/resource_names.h"
 #include "core/bytes/compression.h"
+#include "core/site_prior/building_units.h"
 
 namespace vantage::cli {
 namespace {
@@ -54,10 +55,8 @@ absl::StatusOr<v1::Vector3> PlaceOf(absl::string_view text, absl::string_view wh
 // m for 1 of the file's coordinates; 0: not given.
 absl::StatusOr<double> UnitOfText(const std::string& text) {
   if (text.empty()) return 0;
-  for (const auto& [name, metres] :
-       {std::pair("mm", 0.001), std::pair("cm", 0.01), std::pair("m", 1.0), std::pair("in", 0.0254),
-        std::pair("ft", 0.3048)}) {
-    if (text == name) return metres;
+  for (const site_prior::BuildingUnit& unit : site_prior::kBuildingUnits) {
+    if (text == unit.name) return unit.metres;
   }
   double metres = 0;
   if (absl::SimpleAtod(text, &metres) && metres > 0) return metres;

@@ -32,6 +32,9 @@ constexpr double kSameYaw = 0.05;    // rad
 constexpr double kAgrees = 0.65;    // the least share of measured walls
 constexpr double kDisagrees = 0.5;  // below it the prior is not of this place
 constexpr double kMostMissing = 0.25;
+// m2 of measured wall, as a room of 4 by 5 m has over furniture: who saw more, at places of which
+// none agrees, has seen enough.
+constexpr double kRoomOfWalls = 25.0;
 constexpr double kMostRival = 0.75;     // of the best fit
 constexpr size_t kDecidedAtLeast = 30;  // cells of the prior's walls
 
@@ -57,6 +60,7 @@ class Search {
       : model_(model),
         placement_(placement),
         tolerance_(std::max(2 * accuracy, 1.5 * model.voxel_size())),
+        floors_(model),
         walls_(std::move(walls)),
         middle_(Middle(walls_)),
         field_(space, BoxFor()) {}
@@ -102,6 +106,7 @@ class Search {
   const model::PlanningView& model_;
   const PriorPose& placement_;
   const double tolerance_;  // m
+  const Floors floors_;
   const std::vector<WallPoint> walls_;
   const Eigen::Vector3d middle_;
   const WallField field_;
@@ -233,7 +238,7 @@ Fit Search::Judge(const PriorPose& pose) const {
   size_t gone = 0;
   for (const WallPoint& wall : field_.points()) {
     const Eigen::Vector3d p = pose.ToModel(wall.at);
-    const std::optional<double> floor = FloorUnder(model_, p.z());
+    const std::optional<double> floor = floors_.Under(p.z());
     if (!floor.has_value() || p.z() < *floor + kWallsFrom || p.z() > *floor + kWallsTo) continue;
     const Known known = At(p);
     there += known == Known::kWall ? 1 : 0;
@@ -252,11 +257,12 @@ double HeightOff(const model::PlanningView& model, const model::PlanningView& sp
                  const PriorPose& pose, double most) {
   // Measured floor: what faces up within a hand of where a scanner stood.
   std::vector<Eigen::Vector3d> floor;
+  const Floors floors(model);
   model.ForEachSurface(
       [&](const model::VoxelIndex&, model::VoxelState state, const model::SurfaceVoxel& surface) {
         if (state != model::VoxelState::kTrueSurface || surface.normal.z() < 0.9F) return;
         const Eigen::Vector3d at = surface.centroid.cast<double>();
-        const std::optional<double> under = FloorUnder(model, at.z());
+        const std::optional<double> under = floors.Under(at.z());
         if (under.has_value() && std::abs(at.z() - *under) < 0.1) floor.push_back(at);
       });
   if (floor.empty()) return 0;
@@ -324,8 +330,7 @@ std::string Words(const Alignment& alignment, bool several) {
       if (several) {
         return absl::StrFormat(
             "the prior fits in several places (%.0f %% of %.1f m2 of walls agree at the best); it "
-            "is "
-            "used as soon as scans tell which",
+            "is used as soon as scans tell which",
             percent, alignment.wall_area);
       }
       return absl::StrFormat(
@@ -395,7 +400,8 @@ absl::StatusOr<Alignment> Align(const model::PlanningView& model, const model::P
   const bool agrees = best.agreeing >= kAgrees && best.missing <= kMostMissing;
   if (agrees) {
     alignment.verdict = several ? AlignmentVerdict::kNotEnoughSeen : AlignmentVerdict::kAligned;
-  } else if (best.agreeing < kDisagrees || best.missing > kMostMissing || !several) {
+  } else if (best.agreeing < kDisagrees || best.missing > kMostMissing || !several ||
+             alignment.wall_area > kRoomOfWalls) {
     alignment.verdict = AlignmentVerdict::kNotAligned;
   }
   alignment.message = Words(alignment, several);

@@ -20,6 +20,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "core/site_prior/building_units.h"
 
 namespace vantage::site_prior {
 namespace {
@@ -52,20 +53,10 @@ bool IsWallName(const std::string& name) {
 
 // What AutoCAD's $INSUNITS mean, m; 0 for those that buildings are not drawn in.
 double UnitOf(int insunits) {
-  switch (insunits) {
-    case 1:
-      return 0.0254;
-    case 2:
-      return 0.3048;
-    case 4:
-      return 0.001;
-    case 5:
-      return 0.01;
-    case 6:
-      return 1;
-    default:
-      return 0;
+  for (const BuildingUnit& unit : kBuildingUnits) {
+    if (unit.insunits == insunits) return unit.metres;
   }
+  return 0;
 }
 
 class Gathering final : public DL_CreationAdapter {

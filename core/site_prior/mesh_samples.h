@@ -33,6 +33,21 @@ void ForEachMeshSample(const PriorMesh& mesh, const PriorPose& pose, double spac
   }
 }
 
+// At least as many as ForEachMeshSample() makes, and for long ones not twice as many. `scale`: of
+// the pose. A double, since slivers make more than can be counted: it is asked before any is made.
+inline double MostMeshSamples(const PriorMesh& mesh, double scale, double spacing) {
+  double samples = 0;
+  for (const auto& triangle : mesh.triangles) {
+    const Eigen::Vector3d a = mesh.vertices[triangle[0]].cast<double>();
+    const Eigen::Vector3d u = scale * (mesh.vertices[triangle[1]].cast<double>() - a);
+    const Eigen::Vector3d v = scale * (mesh.vertices[triangle[2]].cast<double>() - a);
+    const double rows = std::max(1.0, std::ceil(u.norm() / spacing)) + 1;
+    // A row is (1 - i / n) |v| long, and half of that in the mean.
+    samples += rows * (2 + v.norm() / spacing / 2);
+  }
+  return samples;
+}
+
 // The area of all triangles, m2.
 inline double AreaOf(const PriorMesh& mesh) {
   double area = 0;

@@ -1,12 +1,12 @@
 #include "core/site_prior/prior_file.h"
 
-#include <cmath>
 #include <utility>
 
 #include "absl/status/status.h"
+#include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/strip.h"
+#include "absl/strings/str_split.h"
 #include "core/bytes/ply_mesh.h"
 #include "core/site_prior/dxf.h"
 #include "core/site_prior/floor_plan.h"
@@ -30,16 +30,24 @@ absl::StatusOr<PriorMesh> ParsePly(absl::string_view bytes) {
   return mesh;
 }
 
+// Whether a line is SECTION, and the one before it 0, as of a group in a DXF file: in a comment of
+// an OBJ file the word tells nothing.
+bool HasSection(absl::string_view head) {
+  absl::string_view before;
+  for (absl::string_view line : absl::StrSplit(head, '\n')) {
+    line = absl::StripAsciiWhitespace(line);
+    if (line == "SECTION" && before == "0") return true;
+    before = line;
+  }
+  return false;
+}
+
 absl::Status CheckReading(const PriorReading& reading) {
   if (!(reading.unit >= 0 && reading.unit < 1e4)) {
     return absl::InvalidArgumentError("unit: metres for 1 of the file's coordinates, above 0");
   }
   if (!(reading.wall_height > 0.5 && reading.wall_height <= 50)) {
     return absl::InvalidArgumentError("wall_height_m: in (0.5, 50]");
-  }
-  if (!(std::abs(reading.floor) <= kWidestPrior)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("floor_m: at most ", kWidestPrior, " m from the origin"));
   }
   if (!(reading.darkest > 0 && reading.darkest < 1)) {
     return absl::InvalidArgumentError("darkest: in (0, 1), 0 being black");
@@ -49,26 +57,12 @@ absl::Status CheckReading(const PriorReading& reading) {
 
 }  // namespace
 
-const char* PriorFormatName(PriorFormat format) {
-  switch (format) {
-    case PriorFormat::kPly:
-      return "PLY";
-    case PriorFormat::kObj:
-      return "OBJ";
-    case PriorFormat::kDxf:
-      return "DXF";
-    case PriorFormat::kPicture:
-      return "PNG";
-  }
-  return "unknown";
-}
-
 absl::StatusOr<PriorFormat> FindPriorFormat(absl::string_view bytes) {
   if (bytes.empty()) return absl::InvalidArgumentError("the file is empty");
   if (absl::StartsWith(bytes, kPng)) return PriorFormat::kPicture;
   if (absl::StartsWith(bytes, "ply")) return PriorFormat::kPly;
   const absl::string_view head = bytes.substr(0, 1 << 16);
-  if (absl::StrContains(head, "SECTION") && absl::StrContains(head, "\n")) return PriorFormat::kDxf;
+  if (HasSection(head)) return PriorFormat::kDxf;
   if (absl::StartsWith(head, "v ") || absl::StrContains(head, "\nv ")) return PriorFormat::kObj;
   if (absl::StartsWith(head, "AutoCAD Binary DXF") || absl::StartsWith(head, "AC10")) {
     return absl::InvalidArgumentError(
@@ -101,7 +95,7 @@ absl::StatusOr<PriorMesh> ParsePrior(absl::string_view bytes, const PriorReading
       return absl::InvalidArgumentError(
           absl::StrCat("the plan is ", widest, " m wide: check its scale"));
     }
-    absl::StatusOr<PriorMesh> mesh = ExtrudePlan(*plan, reading.floor, reading.wall_height);
+    absl::StatusOr<PriorMesh> mesh = ExtrudePlan(*plan, 0, reading.wall_height);
     if (!mesh.ok()) return mesh.status();
     mesh->unit = reading.unit > 0 ? reading.unit : plan->unit;
     if (absl::Status fine = CheckPrior(*mesh); !fine.ok()) return fine;

@@ -13,7 +13,6 @@
 namespace vantage::site_prior {
 
 enum class PriorFormat : uint32_t { kPly = 0, kObj = 1, kDxf = 2, kPicture = 3 };
-const char* PriorFormatName(PriorFormat format);
 
 // By the content alone. INVALID_ARGUMENT: none of them.
 absl::StatusOr<PriorFormat> FindPriorFormat(absl::string_view bytes);
@@ -23,7 +22,6 @@ struct PriorReading {
   // m for 1 of the file's coordinates; of a picture for a pixel. 0: it is not known, which is m of
   // a mesh, what the file says of DXF ($INSUNITS), and an error of a picture.
   double unit = 0;
-  double floor = 0;          // m, z of the floor that the walls of a plan stand on
   double wall_height = 2.5;  // m, of the walls of a plan
   double darkest = 0.5;      // of a picture: what is darker is wall; 0 black, 1 white
   uint32_t y_up = 0;         // 1: the y axis of a mesh points up, as in many OBJ files

@@ -6,24 +6,19 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "core/site_prior/building_units.h"
 
 namespace vantage::site_prior {
 namespace {
 
 constexpr double kNarrowestPrior = 1;  // m: nobody scans less than a room
 constexpr double kFlatPrior = 0.5;     // m: nobody stands upright in less
-// What people measure buildings in, m.
-struct Unit {
-  const char* name;
-  double metres;
-};
-constexpr Unit kUnits[] = {{"mm", 0.001}, {"cm", 0.01}, {"in", 0.0254}, {"ft", 0.3048}};
 constexpr double kLikelyWidth = 3;     // m
 constexpr double kLikelyWidest = 300;  // m
 
 // The cure where the width (m, as it was read) is none of a building.
 std::string UnitFor(double width) {
-  for (const Unit& unit : kUnits) {
+  for (const BuildingUnit& unit : kBuildingUnits) {
     const double meant = width * unit.metres;
     if (meant >= kLikelyWidth && meant <= kLikelyWidest) {
       return absl::StrFormat("give the unit, %s, in which it is %.0f m", unit.name, meant);
@@ -83,10 +78,32 @@ absl::Status CheckPrior(const PriorMesh& mesh) {
         "the prior is %.2f m high: nobody stands in it; where its y axis points up, say so",
         size.z()));
   }
+  const Eigen::AlignedBox3f box = mesh.Bounds();
+  const double farthest = static_cast<double>(
+      std::max(box.min().lpNorm<Eigen::Infinity>(), box.max().lpNorm<Eigen::Infinity>()));
+  if (farthest > kFarthestPrior) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "the prior lies %.0f km from its own origin, more than %.0f km: move it there",
+        farthest / 1000, kFarthestPrior / 1000));
+  }
   return absl::OkStatus();
 }
 
-PriorMesh MeshOfModel(const model::PlanningView& model) {
+absl::StatusOr<PriorMesh> MeshOfModel(const model::PlanningView& model, size_t most) {
+  // At most: some of it is false surface.
+  if (2 * model.SurfaceCount() > most) {
+    size_t squares = 0;
+    model.ForEachSurface(
+        [&](const model::VoxelIndex&, model::VoxelState state, const model::SurfaceVoxel&) {
+          squares += state == model::VoxelState::kTrueSurface ? 1 : 0;
+        });
+    if (2 * squares > most) {
+      return absl::ResourceExhaustedError(absl::StrFormat(
+          "its model has %d voxels of surface, more than %d: scan by a smaller job, "
+          "or export its mesh and give the part that is to be scanned",
+          squares, most / 2));
+    }
+  }
   PriorMesh mesh;
   const auto half = static_cast<float>(0.5 * model.voxel_size());
   model.ForEachSurface(

@@ -30,15 +30,21 @@ struct PriorMesh {
 // The most of a prior that is taken, whatever the file.
 inline constexpr uint64_t kMostPriorFileBytes = uint64_t{256} << 20;
 inline constexpr size_t kMostPriorTriangles = 4'000'000;
-inline constexpr double kWidestPrior = 2000;  // m, along any axis
+inline constexpr double kWidestPrior = 2000;     // m, along any axis
+inline constexpr double kFarthestPrior = 10000;  // m, along any axis, from its own origin
+// Of EncodePrior(), bytes: no triangle shares a corner.
+inline constexpr uint64_t kMostPriorBytes = 16 + uint64_t{4} * 12 * kMostPriorTriangles;
 
 // What a prior may be refused for, whatever it was read from, with the cure. INVALID_ARGUMENT: no
 // triangle, a number that is not finite, too many triangles, wider than kWidestPrior or narrower
-// than a room ('is 12000 m wide: give the unit, mm'), or flat.
+// than a room ('is 12000 m wide: give the unit, mm'), flat, or farther off its own origin than
+// kFarthestPrior, where numbers are too coarse.
 absl::Status CheckPrior(const PriorMesh& mesh);
 
 // The measured surface of a model: a square for each of its voxels.
-PriorMesh MeshOfModel(const model::PlanningView& model);
+// RESOURCE_EXHAUSTED: more than `most` triangles; nothing was built.
+absl::StatusOr<PriorMesh> MeshOfModel(const model::PlanningView& model,
+                                      size_t most = kMostPriorTriangles);
 
 // As it is stored: numbers of vertices and triangles (u64 each), vertices (three f32 each),
 // triangles (three u32 each), little-endian.

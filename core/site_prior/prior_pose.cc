@@ -1,11 +1,13 @@
 #include "core/site_prior/prior_pose.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <string>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_format.h"
+#include "core/site_prior/building_units.h"
 
 namespace vantage::site_prior {
 namespace {
@@ -35,17 +37,11 @@ absl::StatusOr<PriorPose> PlaceByPoints(const std::array<PlacedPoint, 2>& points
   const Eigen::Vector2d at_site = (b.site - a.site).head<2>();
   const double apart = in_prior.norm();
   const double there = at_site.norm();
-  if (apart < kLeastApart && there < kLeastApart) {
-    return absl::InvalidArgumentError(absl::StrFormat(
-        "the two points are %.2f m apart: take two that are %.0f m apart or more, best at far ends",
-        there, kLeastApart));
-  }
   if (std::abs(apart - there) > kPointsOff + kScaleOff * std::max(apart, there)) {
     std::string cure = "take the points again";
-    for (const auto& [name, metres] :
-         {std::pair("mm", 0.001), std::pair("cm", 0.01), std::pair("ft", 0.3048)}) {
-      if (std::abs(apart * metres - there) <= kPointsOff + kScaleOff * there) {
-        cure = absl::StrFormat("give the unit, %s", name);
+    for (const BuildingUnit& unit : kBuildingUnits) {
+      if (std::abs(apart * unit.metres - there) <= kPointsOff + kScaleOff * there) {
+        cure = absl::StrFormat("give the unit, %s", unit.name);
         break;
       }
     }
@@ -53,6 +49,11 @@ absl::StatusOr<PriorPose> PlaceByPoints(const std::array<PlacedPoint, 2>& points
         absl::StrFormat("the two points are %.2f m apart in the prior and %.2f m at the site: %s, "
                         "or the scale of the prior is wrong",
                         apart, there, cure));
+  }
+  if (std::min(apart, there) < kLeastApart) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "the two points are %.2f m apart: take two that are %.0f m apart or more, best at far ends",
+        std::min(apart, there), kLeastApart));
   }
   PriorPose pose;
   pose.scale = scale;

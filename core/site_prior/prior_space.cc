@@ -23,7 +23,17 @@ constexpr double kHeadroom = 1.8;       // m over floor of a room
 constexpr double kLeastFloor = 2.0;     // m2 of floor with headroom: a wardrobe has less
 constexpr double kOpenAbove = 2.5;      // m over the floor, where no ceiling is
 constexpr double kOpenFurniture = 1.5;  // m over the floor that such space begins at most
+// m: of the squares, three by three of which say whether rooms have ceilings there. A room is as
+// wide as that; eaves, and strips that a survey left out, are not.
+constexpr double kRoofSquare = 1.0;
 constexpr double kFacesUp = 0.7;        // |cosine| of surface that something stands on
+constexpr size_t kBetweenLooks = 4096;  // samples or columns between looks whether it is wanted
+// Of a voxel with surface while rooms are made: samples, runs, and what bricks have of it. Of a
+// brick.
+constexpr double kBytesOfSurface = 260;
+constexpr double kBytesOfBrick = 700;
+// Voxels along an axis that KeyOf() tells apart, on either side, with room for those around.
+constexpr double kFarthestVoxel = (1 << 20) - 64;
 
 // The surface in a voxel.
 struct Surface {
@@ -48,12 +58,16 @@ using Column = std::pair<int, int>;
 
 class Rooms {
  public:
-  Rooms(const PriorMesh& mesh, const PriorPose& pose, double voxel) : voxel_(voxel) {
+  Rooms(const PriorMesh& mesh, const PriorPose& pose, double voxel,
+        const parallel::Cancellation& cancelled)
+      : voxel_(voxel), cancelled_(cancelled) {
     absl::flat_hash_map<model::BrickKey, size_t> found;
     ForEachMeshSample(mesh, pose, voxel / 2, [&](const Eigen::Vector3d& p, const auto& normal) {
+      if (Stopped() || too_large_) return;
       const model::VoxelIndex at = (p / voxel).array().floor().template cast<int>();
       const auto [it, added] = found.try_emplace(model::KeyOf(at), surface_.size());
       if (added) surface_.push_back({at});
+      too_large_ = static_cast<double>(surface_.size()) > kMostSurfaceVoxels;
       Surface& own = surface_[it->second];
       const Eigen::Vector3f n = normal.template cast<float>();
       own.normal += own.normal.dot(n) < 0 ? Eigen::Vector3f(-n) : n;
@@ -68,15 +82,19 @@ class Rooms {
   // True when there is a room.
   bool Find() {
     FindRuns();
-    Connect();
-    return std::find(room_.begin(), room_.end(), 1) != room_.end();
+    return !Stopped() && Connect();
   }
-  double voxels() const {
-    double sum = static_cast<double>(surface_.size());
-    for (const Run& run : runs_) sum += run.high - run.low;
-    return sum;
+  // After each of the steps: whether it was ended before its end, and why.
+  absl::Status Ended() const {
+    if (stopped_) return absl::CancelledError("site prior");
+    if (!too_large_) return absl::OkStatus();
+    return absl::ResourceExhaustedError(absl::StrFormat(
+        "the prior has more than %.0f m2 of surface or %.0f m3 of rooms, in voxels of %.2f m: give "
+        "the part that is to be scanned",
+        kMostSurfaceVoxels * voxel_ * voxel_,
+        static_cast<double>(kMostPriorBricks) * std::pow(voxel_ * model::Brick::kSide, 3), voxel_));
   }
-  std::vector<model::BrickAt> Bricks() const;
+  std::vector<model::BrickAt> Bricks();
 
  private:
   template <typename Fn>
@@ -90,12 +108,25 @@ class Rooms {
       begin = end;
     }
   }
+  // Looks now and then.
+  bool Stopped() {
+    if (!stopped_ && ++since_look_ >= kBetweenLooks) {
+      since_look_ = 0;
+      stopped_ = cancelled_.Requested();
+    }
+    return stopped_;
+  }
   int Layers(double metres) const { return static_cast<int>(std::lround(metres / voxel_)); }
 
   void FindRuns() {
     const int headroom = Layers(kHeadroom);
-    size_t closed = 0;
-    size_t open = 0;
+    // Of columns over floor, by squares: with a ceiling, and without.
+    absl::flat_hash_map<Column, std::pair<size_t, size_t>> roofs;
+    const int side = std::max(1, Layers(kRoofSquare));
+    const auto square_of = [&](int x, int y) {
+      const auto down = [&](int at) { return at >= 0 ? at / side : -((-at - 1) / side) - 1; };
+      return Column(down(x), down(y));
+    };
     std::vector<Run> without_ceiling;
     ForEachColumn([&](size_t begin, size_t end) {
       bool roofed = false;
@@ -107,14 +138,31 @@ class Rooms {
         roofed |= run.on_level && run.high - run.low >= headroom;
       }
       if (!surface_[begin].Level()) return;
-      ++(roofed ? closed : open);
+      std::pair<size_t, size_t>& roof =
+          roofs[square_of(surface_[begin].at.x(), surface_[begin].at.y())];
+      ++(roofed ? roof.first : roof.second);
       const Surface& top = surface_[end - 1];
+      if (Stopped()) return;
       if (roofed || (top.at.z() - surface_[begin].at.z()) > Layers(kOpenFurniture)) return;
       without_ceiling.push_back({top.at.x(), top.at.y(), top.at.z() + 1,
                                  surface_[begin].at.z() + Layers(kOpenAbove), top.Level()});
     });
-    // The top of a roof is no room; a mesh that was looked into from above has no roof at all.
-    if (open > closed) runs_.insert(runs_.end(), without_ceiling.begin(), without_ceiling.end());
+    // Eaves and terraces are no rooms; where a mesh was looked into from above a whole room has no
+    // ceiling.
+    for (const Run& run : without_ceiling) {
+      const Column square = square_of(run.x, run.y);
+      size_t closed = 0;
+      size_t open = 0;
+      for (int dy = -1; dy <= 1; ++dy) {
+        for (int dx = -1; dx <= 1; ++dx) {
+          const auto roof = roofs.find({square.first + dx, square.second + dy});
+          if (roof == roofs.end()) continue;
+          closed += roof->second.first;
+          open += roof->second.second;
+        }
+      }
+      if (open > closed) runs_.push_back(run);
+    }
     std::sort(runs_.begin(), runs_.end(), [](const Run& a, const Run& b) {
       return std::tuple(a.y, a.x, a.low) < std::tuple(b.y, b.x, b.low);
     });
@@ -125,8 +173,8 @@ class Rooms {
     return run;
   }
 
-  // Which runs hang together with floor of a room.
-  void Connect() {
+  // Which runs hang together with floor of a room. False when there is none.
+  bool Connect() {
     constexpr int kLeastOverlap = 2;  // layers
     absl::flat_hash_map<Column, std::pair<size_t, size_t>> by_column;
     for (size_t begin = 0; begin < runs_.size();) {
@@ -141,6 +189,7 @@ class Rooms {
     parent_.resize(runs_.size());
     std::iota(parent_.begin(), parent_.end(), size_t{0});
     for (size_t i = 0; i < runs_.size(); ++i) {
+      if (Stopped()) return false;
       for (const Column& side : {Column(1, 0), Column(0, 1)}) {
         const auto it = by_column.find({runs_[i].x + side.first, runs_[i].y + side.second});
         if (it == by_column.end()) continue;
@@ -159,9 +208,14 @@ class Rooms {
     }
     room_.assign(runs_.size(), 0);
     for (size_t i = 0; i < runs_.size(); ++i) room_[i] = area[RootOf(i)] >= kLeastFloor;
+    return std::find(room_.begin(), room_.end(), 1) != room_.end();
   }
 
   const double voxel_;
+  const parallel::Cancellation& cancelled_;
+  size_t since_look_ = 0;
+  bool stopped_ = false;
+  bool too_large_ = false;
   std::vector<Surface> surface_;  // by y, x, z
   std::vector<Run> runs_;         // by y, x, low
   std::vector<size_t> parent_;    // of runs, towards one of those that hang together
@@ -176,16 +230,18 @@ struct Building {
   std::vector<std::pair<int, model::SurfaceVoxel>> surface;  // by place
 };
 
-std::vector<model::BrickAt> Rooms::Bricks() const {
+std::vector<model::BrickAt> Rooms::Bricks() {
   absl::flat_hash_map<model::BrickKey, std::unique_ptr<Building>> building;
   const auto brick_of = [&](const model::VoxelIndex& v) -> Building& {
     std::unique_ptr<Building>& own = building[model::KeyOf(model::Brick::Of(v))];
     if (own == nullptr) own = std::make_unique<Building>();
+    too_large_ |= building.size() > kMostPriorBricks;
     return *own;
   };
   for (size_t i = 0; i < runs_.size(); ++i) {
     if (room_[i] == 0) continue;
     for (int z = runs_[i].low; z < runs_[i].high; ++z) {
+      if (Stopped() || too_large_) return {};
       const model::VoxelIndex v(runs_[i].x, runs_[i].y, z);
       brick_of(v).brick.state[static_cast<size_t>(model::Brick::LocalOf(v))] =
           model::VoxelState::kEmpty;
@@ -198,6 +254,7 @@ std::vector<model::BrickAt> Rooms::Bricks() const {
                model::VoxelState::kEmpty;
   };
   for (const Surface& own : surface_) {
+    if (Stopped() || too_large_) return {};
     Eigen::Vector3f towards = Eigen::Vector3f::Zero();
     int sides = 0;
     for (const std::array<int, 3>& face : kFaces) {
@@ -242,26 +299,63 @@ std::vector<model::BrickAt> Rooms::Bricks() const {
 
 }  // namespace
 
+uint64_t EstimateSpaceMemory(const PriorMesh& mesh, double scale, double voxel) {
+  // A plane that lies askew passes through three voxels for each face of one.
+  const double of_area =
+      3 * AreaOf(mesh) * scale * scale / (voxel * voxel) + static_cast<double>(kBetweenLooks);
+  const double surface =
+      std::min({MostMeshSamples(mesh, scale, voxel / 2),
+                of_area + static_cast<double>(mesh.triangles.size()), kMostSurfaceVoxels});
+  const double side = voxel * model::Brick::kSide;
+  const Eigen::Array3d size = mesh.Bounds().sizes().cast<double>().array() * scale / side + 2;
+  // It may be turned in plan.
+  const double bricks = std::min(2 * size.prod(), static_cast<double>(kMostPriorBricks));
+  return static_cast<uint64_t>(surface * kBytesOfSurface + bricks * kBytesOfBrick);
+}
+
+uint64_t BytesOf(const model::PlanningView& space) {
+  return static_cast<uint64_t>(static_cast<double>(space.bricks().size()) * kBytesOfBrick) +
+         space.SurfaceCount() * sizeof(model::SurfaceVoxel);
+}
+
+absl::Status CheckPlace(const PriorMesh& mesh, const PriorPose& pose, double voxel) {
+  const Eigen::AlignedBox3d box = mesh.Bounds().cast<double>();
+  for (int corner = 0; corner < 8; ++corner) {
+    const double farthest =
+        pose.ToModel(box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)))
+            .lpNorm<Eigen::Infinity>();
+    if (farthest <= kFarthestVoxel * voxel) continue;
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "the prior lies %.0f km from the session's origin, more than %.0f km: compare its two "
+        "points with the site",
+        farthest / 1000, kFarthestVoxel * voxel / 1000));
+  }
+  return absl::OkStatus();
+}
+
 absl::StatusOr<model::PlanningView> SpaceOf(const PriorMesh& mesh, const PriorPose& pose,
                                             double voxel, const parallel::Cancellation& cancelled) {
-  const double surface = AreaOf(mesh) * pose.scale * pose.scale / (voxel * voxel);
-  const auto too_large = [&](double voxels) {
-    return absl::ResourceExhaustedError(absl::StrFormat(
-        "the prior has %.0f voxels of %.2f m, more than %.0f: give the part that is to be scanned",
-        voxels, voxel, kMostVoxels));
-  };
-  if (surface > kMostVoxels / 4) return too_large(surface);
-  Rooms rooms(mesh, pose, voxel);
-  if (cancelled.Requested()) return absl::CancelledError("site prior");
-  if (!rooms.Find()) {
+  if (absl::Status near = CheckPlace(mesh, pose, voxel); !near.ok()) return near;
+  const double samples = MostMeshSamples(mesh, pose.scale, voxel / 2);
+  if (!(samples <= kMostPriorSamples)) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "the prior takes %.1e points %.3f m apart on its triangles, more than %.0e: simplify it, "
+        "without long slivers, or give the part that is to be scanned",
+        samples, voxel / 2, kMostPriorSamples));
+  }
+  Rooms rooms(mesh, pose, voxel, cancelled);
+  if (absl::Status ended = rooms.Ended(); !ended.ok()) return ended;
+  const bool any = rooms.Find();
+  if (absl::Status ended = rooms.Ended(); !ended.ok()) return ended;
+  if (!any) {
     return absl::InvalidArgumentError(absl::StrFormat(
         "the prior has no room: nowhere %.0f m2 of floor with %.1f m of space over it; does its z "
         "axis point up, and is its floor there?",
         kLeastFloor, kHeadroom));
   }
-  if (rooms.voxels() > kMostVoxels) return too_large(rooms.voxels());
-  if (cancelled.Requested()) return absl::CancelledError("site prior");
-  return model::PlanningView(voxel, 0, rooms.Bricks(), {});
+  std::vector<model::BrickAt> bricks = rooms.Bricks();
+  if (absl::Status ended = rooms.Ended(); !ended.ok()) return ended;
+  return model::PlanningView(voxel, 0, std::move(bricks), {});
 }
 
 }  // namespace vantage::site_prior

@@ -20,9 +20,30 @@ namespace {
 // So much of a brick has to be gone or new, m2, before what is around is dropped: less is the
 // border of something.
 constexpr double kLeastRefuted = 0.03;
-constexpr double kDroppedAround = 3;  // times the accuracy, and a brick at least
-constexpr float kFacesAlike = 0.5F;   // cosine
-constexpr size_t kBricksBetweenLooks = 256;
+constexpr double kDroppedAround = 3;          // times the accuracy, and a brick at least
+constexpr float kFacesAlike = 0.5F;           // cosine
+constexpr size_t kSurfaceBetweenLooks = 512;  // voxels with surface, or bricks
+// Of voxels that a reach is: a tenth and a twentieth of a metre make three, and not a bit more.
+constexpr double kRounding = 1e-9;
+
+// Asks now and then whether the work is wanted.
+class Looks {
+ public:
+  explicit Looks(const parallel::Cancellation& cancelled) : cancelled_(cancelled) {}
+  // True from when it was seen not to be.
+  bool Stopped() {
+    if (!stopped_ && ++since_ >= kSurfaceBetweenLooks) {
+      since_ = 0;
+      stopped_ = cancelled_.Requested();
+    }
+    return stopped_;
+  }
+
+ private:
+  const parallel::Cancellation& cancelled_;
+  size_t since_ = kSurfaceBetweenLooks;  // the first is at once
+  bool stopped_ = false;
+};
 
 bool IsMeasured(model::VoxelState state) {
   return state == model::VoxelState::kTrueSurface || state == model::VoxelState::kAbsorbed;
@@ -33,7 +54,8 @@ class Around {
  public:
   Around(const model::PlanningView& view, double accuracy)
       : view_(view),
-        reach_(std::max(1, static_cast<int>(std::ceil(accuracy / view.voxel_size())))) {}
+        reach_(std::max(1, static_cast<int>(std::ceil(accuracy / view.voxel_size() - kRounding)))) {
+  }
 
   bool AnySurface(const model::VoxelIndex& v) const {
     return Any(v,
@@ -65,10 +87,10 @@ class Around {
   const int reach_;  // voxels
 };
 
-bool OverFurniture(const model::PlanningView& model, const model::SurfaceVoxel& surface) {
+bool OverFurniture(const Floors& floors, const model::SurfaceVoxel& surface) {
   if (!IsUpright(surface.normal)) return false;
   const auto z = static_cast<double>(surface.centroid.z());
-  const std::optional<double> floor = FloorUnder(model, z);
+  const std::optional<double> floor = floors.Under(z);
   return floor.has_value() && z >= *floor + kWallsFrom && z <= *floor + kWallsTo;
 }
 
@@ -76,11 +98,13 @@ using BrickSet = absl::flat_hash_set<model::BrickKey>;
 
 // The bricks in which something is refuted, and those around.
 BrickSet Dropped(const absl::flat_hash_map<model::BrickKey, double>& refuted, double accuracy,
-                 double voxel) {
+                 double voxel, Looks& looks) {
   const int reach = std::max(
-      1, static_cast<int>(std::ceil(kDroppedAround * accuracy / (voxel * model::Brick::kSide))));
+      1, static_cast<int>(
+             std::ceil(kDroppedAround * accuracy / (voxel * model::Brick::kSide) - kRounding)));
   BrickSet dropped;
   for (const auto& [key, area] : refuted) {
+    if (looks.Stopped()) break;
     if (area < kLeastRefuted) continue;
     const model::VoxelIndex brick = model::BrickOf(key);
     for (int dz = -reach; dz <= reach; ++dz) {
@@ -114,7 +138,7 @@ constexpr std::array<AxisOfCells, 3> kAxes = {{{1, 0x1111111111111111, 0x8888888
 template <typename Free>
 absl::flat_hash_map<model::BrickKey, CellMask> ReachedFrom(const model::PlanningView& model,
                                                            const model::PlanningView& space,
-                                                           Free&& free) {
+                                                           Looks& looks, Free&& free) {
   const auto free_cells = [&](const model::VoxelIndex& brick) {
     CellMask cells = 0;
     for (int bit = 0; bit < 64; ++bit) {
@@ -149,7 +173,7 @@ absl::flat_hash_map<model::BrickKey, CellMask> ReachedFrom(const model::Planning
   for (const model::Station& station : model.stations()) {
     visit(model::Brick::Of(model.At(station.position)), ~CellMask{0});
   }
-  while (!front.empty()) {
+  while (!front.empty() && !looks.Stopped()) {
     const model::VoxelIndex brick = front.back();
     front.pop_back();
     const model::BrickKey key = model::KeyOf(brick);
@@ -178,11 +202,11 @@ absl::flat_hash_map<model::BrickKey, CellMask> ReachedFrom(const model::Planning
 
 // Adds to `dropped` what new walls cut off: what hangs together with the stations by the prior
 // alone, and no more by what is known and, where nothing is, by the prior.
-void DropCutOff(const model::PlanningView& model, const model::PlanningView& space,
+void DropCutOff(const model::PlanningView& model, const model::PlanningView& space, Looks& looks,
                 BrickSet& dropped) {
   const auto before =
-      ReachedFrom(model, space, [&](const model::VoxelIndex& v) { return space.Empty(v); });
-  const auto after = ReachedFrom(model, space, [&](const model::VoxelIndex& v) {
+      ReachedFrom(model, space, looks, [&](const model::VoxelIndex& v) { return space.Empty(v); });
+  const auto after = ReachedFrom(model, space, looks, [&](const model::VoxelIndex& v) {
     const model::VoxelState known = model.State(v);
     if (known == model::VoxelState::kEmpty) return true;
     return !IsMeasured(known) && space.Empty(v);
@@ -195,7 +219,8 @@ void DropCutOff(const model::PlanningView& model, const model::PlanningView& spa
 
 // A brick without surface that was measured already; the same where there is none.
 std::shared_ptr<const model::Brick> Unmeasured(const model::PlanningView& model,
-                                               const Around& measured, const model::BrickAt& at) {
+                                               const Around& measured, const model::BrickAt& at,
+                                               Looks& looks) {
   std::vector<std::pair<int, model::SurfaceVoxel>> kept;
   bool changed = false;
   auto brick = std::make_shared<model::Brick>();
@@ -203,6 +228,7 @@ std::shared_ptr<const model::Brick> Unmeasured(const model::PlanningView& model,
   size_t rank = 0;
   for (size_t word = 0; word < at.contents->surface_mask.size(); ++word) {
     for (uint64_t bits = at.contents->surface_mask[word]; bits != 0; bits &= bits - 1) {
+      if (looks.Stopped()) return at.contents;
       const int local = static_cast<int>(word) * 64 + std::countr_zero(bits);
       const model::SurfaceVoxel surface = at.contents->surface[rank++];
       const model::VoxelIndex v = model::PlanningView::Global(at.brick, local);
@@ -230,45 +256,39 @@ absl::StatusOr<Refutation> Refute(const model::PlanningView& model,
   const double face = voxel * voxel;
   const Around measured(model, accuracy + voxel);
   const Around expected(space, accuracy + voxel);
+  const Floors floors(model);
   double agreeing = 0;
   double gone = 0;
   double added = 0;
   absl::flat_hash_map<model::BrickKey, double> refuted;  // m2
-  size_t until_look = 0;
-  bool stopped = false;
-  const auto look = [&] {
-    if (until_look-- != 0) return;
-    until_look = kBricksBetweenLooks * model::Brick::kVoxels / 8;
-    stopped |= cancelled.Requested();
-  };
+  Looks looks(cancelled);
   space.ForEachSurface(
       [&](const model::VoxelIndex& v, model::VoxelState, const model::SurfaceVoxel& surface) {
-        look();
-        if (stopped) return;
+        if (looks.Stopped()) return;
         const model::VoxelState known = model.State(v);
         if (known == model::VoxelState::kUnknown) return;
         const bool there = measured.AnySurface(v);
         const bool missing = !there && known == model::VoxelState::kEmpty;
         if (missing) refuted[model::KeyOf(model::Brick::Of(v))] += face;
         if (!there && !missing) return;
-        if (OverFurniture(model, surface)) (there ? agreeing : gone) += face;
+        if (OverFurniture(floors, surface)) (there ? agreeing : gone) += face;
       });
   model.ForEachSurface(
       [&](const model::VoxelIndex& v, model::VoxelState state, const model::SurfaceVoxel& surface) {
-        look();
-        if (stopped || state != model::VoxelState::kTrueSurface) return;
-        if (!space.Empty(v) || !OverFurniture(model, surface) || expected.AnySurface(v)) return;
+        if (looks.Stopped() || state != model::VoxelState::kTrueSurface) return;
+        if (!space.Empty(v) || !OverFurniture(floors, surface) || expected.AnySurface(v)) return;
         refuted[model::KeyOf(model::Brick::Of(v))] += face;
         added += face;
       });
-  if (stopped) return absl::CancelledError("site prior");
-  BrickSet dropped = Dropped(refuted, accuracy, voxel);
-  DropCutOff(model, space, dropped);
+  BrickSet dropped = Dropped(refuted, accuracy, voxel, looks);
+  DropCutOff(model, space, looks, dropped);
   std::vector<model::BrickAt> bricks;
   for (const model::BrickAt& at : space.bricks()) {
+    if (looks.Stopped()) break;
     if (dropped.contains(model::KeyOf(at.brick))) continue;
-    bricks.push_back({at.brick, Unmeasured(model, measured, at)});
+    bricks.push_back({at.brick, Unmeasured(model, measured, at, looks)});
   }
+  if (looks.Stopped()) return absl::CancelledError("site prior");
   return Refutation{model::PlanningView(voxel, space.version(), std::move(bricks), {}), agreeing,
                     gone, added};
 }

@@ -2,33 +2,39 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 namespace vantage::site_prior {
 namespace {
 
-constexpr double kBelowFloor = 0.3;      // m that a floor may be taken too high by
-constexpr double kMostFieldCells = 6e6;  // 120 MB
-constexpr double kSameWay = 0.5;         // cosine
+constexpr double kBelowFloor = 0.3;  // m that a floor may be taken too high by
+constexpr double kMostFieldCells = 6e6;
+constexpr double kBytesOfFieldCell = 24;
+constexpr double kSameWay = 0.5;  // cosine
 
 }  // namespace
 
-std::optional<double> FloorUnder(const model::PlanningView& model, double z) {
-  std::optional<double> floor;
-  for (const model::Station& station : model.stations()) {
-    if (station.floor_height > z + kBelowFloor) continue;
-    floor = std::max(floor.value_or(station.floor_height), station.floor_height);
-  }
-  return floor;
+Floors::Floors(const model::PlanningView& model) {
+  for (const model::Station& station : model.stations()) heights_.push_back(station.floor_height);
+  std::sort(heights_.begin(), heights_.end());
+  heights_.erase(std::unique(heights_.begin(), heights_.end()), heights_.end());
+}
+
+std::optional<double> Floors::Under(double z) const {
+  const auto above = std::upper_bound(heights_.begin(), heights_.end(), z + kBelowFloor);
+  if (above == heights_.begin()) return std::nullopt;
+  return *std::prev(above);
 }
 
 std::vector<WallPoint> MeasuredWalls(const model::PlanningView& model, size_t most) {
   std::vector<WallPoint> walls;
+  const Floors floors(model);
   model.ForEachSurface(
       [&](const model::VoxelIndex&, model::VoxelState state, const model::SurfaceVoxel& surface) {
         if (state != model::VoxelState::kTrueSurface || !IsUpright(surface.normal)) return;
         const Eigen::Vector3d at = surface.centroid.cast<double>();
-        const std::optional<double> floor = FloorUnder(model, at.z());
+        const std::optional<double> floor = floors.Under(at.z());
         if (!floor.has_value() || at.z() < *floor + kWallsFrom || at.z() > *floor + kWallsTo)
           return;
         walls.push_back({at, surface.normal.head<2>().cast<double>().normalized(),
@@ -43,6 +49,11 @@ std::vector<WallPoint> MeasuredWalls(const model::PlanningView& model, size_t mo
     thinned.back().area *= static_cast<double>(stride);
   }
   return thinned;
+}
+
+uint64_t WallField::Estimate(const Eigen::Vector3d& sizes) {
+  constexpr double kCell = 0.1 * 0.1 * 0.4;  // m3, of the finest
+  return static_cast<uint64_t>(kBytesOfFieldCell * std::min(sizes.prod() / kCell, kMostFieldCells));
 }
 
 WallField::WallField(const model::PlanningView& space, const Eigen::AlignedBox3d& box) {

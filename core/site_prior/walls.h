@@ -20,8 +20,16 @@ struct WallPoint {
   double area = 0;                                   // m2
 };
 
-// z of the floor that a place lies over, by where scanners stood; nothing where none stood lower.
-std::optional<double> FloorUnder(const model::PlanningView& model, double z);
+// The floors that scanners stood on.
+class Floors {
+ public:
+  explicit Floors(const model::PlanningView& model);
+  // z of the floor that a place lies over; nothing where no scanner stood lower.
+  std::optional<double> Under(double z) const;
+
+ private:
+  std::vector<double> heights_;  // m, each once, the lowest first
+};
 
 // Over furniture, and under what hangs high: m over the floor.
 inline constexpr double kWallsFrom = 1.8;
@@ -40,6 +48,8 @@ class WallField {
  public:
   static constexpr double kReach = 0.5;  // m: farther away there is none
 
+  // Bytes of one within a box of such sizes, m.
+  static uint64_t Estimate(const Eigen::Vector3d& sizes);
   // Of SpaceOf() the prior in its own frame, within `box`.
   WallField(const model::PlanningView& space, const Eigen::AlignedBox3d& box);
 

@@ -7,6 +7,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "core/site_prior/site_prior.h"
 #include "google/protobuf/util/field_mask_util.h"
 #include "google/protobuf/util/time_util.h"
 #include "server/contract/error.h"
@@ -562,7 +563,7 @@ void CheckSitePrior(const v1::SitePrior& prior, const std::string& field,
   number(prior.wall_height_m(), 0.5001, 50, "wall_height_m");
   number(prior.darkest(), 0.001, 0.999, "darkest");
   number(prior.scale(), 0.1, 10, "scale");
-  number(prior.accuracy_m(), 0.001, 1, "accuracy_m");
+  number(prior.accuracy_m(), 0.001, site_prior::kMostAccuracy, "accuracy_m");
   if (prior.points_size() != 2) {
     violations.Add(field + ".points",
                    absl::StrCat("has ", prior.points_size(), ", two are needed"));

@@ -22,6 +22,7 @@
 #include "server/contract/valid_text.h"
 #include "server/conversion/check_request.h"
 #include "server/conversion/to_proto.h"
+#include "server/session/file_allowance.h"
 
 namespace vantage::session {
 namespace {
@@ -215,14 +216,8 @@ absl::StatusOr<sensor::ConfinedScanFile> FileReading::Open(const FileReadings::G
     const v1::Vector3& at = asked_.file().station();
     station.emplace(at.x(), at.y(), at.z());
   }
-  confinement::AllowanceSettings allowance;
-  allowance.memory_option = "the server's --memory-mib";
-  allowance.seconds_option = "the server's --file-seconds";
-  if (dependencies_.limits.file_seconds > 0) allowance.seconds = dependencies_.limits.file_seconds;
-  if (dependencies_.memory != nullptr && dependencies_.memory->budget() > 0) {
-    allowance.most_memory_bytes = static_cast<uint64_t>(dependencies_.memory->budget());
-  }
-  allowance.given_up = [this, given_up] { return given_up() || upload_->let_go(); };
+  const confinement::AllowanceSettings allowance =
+      FileAllowance(dependencies_, [this, given_up] { return given_up() || upload_->let_go(); });
   return sensor::ConfinedScanFile::OfContent(
       name, bytes::ByteSource::Adopt(descriptor, static_cast<uint64_t>(about.st_size), name),
       station, allowance, refusal, [this](uint64_t position, uint64_t) {

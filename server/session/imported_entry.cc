@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
+#include "core/site_prior/prior_mesh.h"
 #include "server/contract/error.h"
 #include "server/contract/resource_names.h"
 #include "server/conversion/check_request.h"
@@ -80,9 +81,10 @@ class Check {
         Name(event.plan_deleted().plan(), "plans", "plan");
         break;
       case v1::SessionEvent::kSitePriorSet:
-        conversion::CheckSitePrior(event.site_prior_set().site_prior(), "site_prior", violations_);
+        SitePrior(event.site_prior_set().site_prior());
         break;
       case v1::SessionEvent::kSitePriorCleared:
+        SitePriorName(event.site_prior_cleared().site_prior().name());
         break;
       case v1::SessionEvent::kViewRejected:
         Rejection(event.view_rejected().rejection());
@@ -208,6 +210,27 @@ class Check {
     v1::CreatePlanRequest request;
     *request.mutable_plan() = plan;
     Add(conversion::CheckRequest(request), "plan");
+  }
+  void SitePriorName(const std::string& name) {
+    if (name == absl::StrCat(contract::NameOfSession(id_), "/sitePrior")) return;
+    violations_.Add("site_prior.name", "is not that of the session's prior");
+  }
+  void SitePrior(const v1::SitePrior& prior) {
+    SitePriorName(prior.name());
+    conversion::CheckSitePrior(prior, "site_prior", violations_);
+    // What a server fills in.
+    if (!(prior.unit_m() > 0)) violations_.Add("site_prior.unit_m", "is required");
+    if (!v1::SitePriorFormat_IsValid(prior.format()) ||
+        prior.format() == v1::SITE_PRIOR_FORMAT_UNSPECIFIED) {
+      violations_.Add("site_prior.format", "is none");
+    }
+    if (prior.triangle_count() < 1 ||
+        prior.triangle_count() > static_cast<int64_t>(site_prior::kMostPriorTriangles)) {
+      violations_.Add("site_prior.triangle_count", "is none of a prior");
+    }
+    if (prior.has_source_origin()) {
+      conversion::ReadVector(prior.source_origin(), "site_prior.source_origin", violations_);
+    }
   }
   void Rejection(const v1::Rejection& rejection) {
     Name(rejection.name(), "rejections", "rejection.name");

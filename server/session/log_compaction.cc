@@ -124,6 +124,20 @@ void LogCompaction::Read(const storage::v1::LogEntry& entry) {
       configured_ = candidates_.size();
       candidates_.push_back(CandidateOf(entry, false));
       return Remember(entry, event.session_updated().session().name());
+    case v1::SessionEvent::kSitePriorSet: {
+      if (site_prior_ < candidates_.size()) Replace(candidates_[site_prior_]);
+      site_prior_ = candidates_.size();
+      candidates_.push_back(CandidateOf(entry, false));
+      return Remember(entry, event.site_prior_set().site_prior().name());
+    }
+    case v1::SessionEvent::kSitePriorCleared: {
+      if (site_prior_ < candidates_.size()) {
+        candidates_[site_prior_].goes_with = event.sequence();
+      }
+      site_prior_ = SIZE_MAX;
+      candidates_.push_back(CandidateOf(entry, true));
+      return Remember(entry, event.site_prior_cleared().site_prior().name());
+    }
     case v1::SessionEvent::kEventsLeftOut:
       candidates_.push_back(CandidateOf(entry, true));
       return Remember(entry, entry.left_out().resource());

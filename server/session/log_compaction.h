@@ -24,6 +24,7 @@ namespace vantage::session {
 // - a claim that was prolonged, where a later entry of that claim follows before any scan was
 //   merged (a merge looks at when claims expire),
 // - a configuration of the session or of a scanner that a later one replaced,
+// - a prior of the site that a later one replaced, or that was taken out,
 // - poses that were adjusted, where a later entry says again where each of those scans is.
 // What counts of it (how many there were, a request that is still remembered) is kept in the entry
 // that stands for it.
@@ -90,6 +91,7 @@ class LogCompaction {
   std::vector<PlacedScans> adjustments_;
   std::unordered_map<std::string, size_t> placed_by_;
   size_t configured_ = SIZE_MAX;  // the last configuration
+  size_t site_prior_ = SIZE_MAX;  // the prior of the site that is set
   uint64_t last_ = 0;
   // The last SessionState::kRequests requests, by the sequence of their entries.
   std::unordered_map<uint64_t, RememberedRequest> requests_;

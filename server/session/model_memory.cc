@@ -88,7 +88,8 @@ ModelMemory::ModelMemory(SessionContext& context, StoredSnapshots& snapshots,
       adjust_poses_(std::move(adjust_poses)),
       loaded_(begin == Begin::kNew),
       model_(std::move(empty)),
-      work_(context) {
+      work_(context),
+      site_prior_([this](int64_t bytes) { return Reserve(bytes); }) {
   Touch();
 }
 
@@ -282,6 +283,7 @@ void ModelMemory::Forget() {
   Show(nothing);
   model_ = *std::move(empty);
   link_surfaces_.Clear();
+  site_prior_.Forget();
   unsaved_changes_ = 0;
   reservation_.Release();
 }

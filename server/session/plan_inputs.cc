@@ -24,22 +24,38 @@ namespace {
 
 using PreparedOr = absl::StatusOr<std::shared_ptr<const planning::PlanningProblem>>;
 
-// Bytes that the plan will need at most.
-int64_t MemoryOf(const ModelMemory& model, const PlanInputs& inputs) {
-  const uint64_t known =
-      fleet::EstimateJointPlanMemory(*inputs.model.view, inputs.config, inputs.scanner_models);
-  // What a prior adds is known from its last use on; before that it is counted as the model is.
-  uint64_t expected = 0;
+// Bytes that what a prior shows adds to a plan.
+int64_t MemoryOfPrior(const SitePriorUse::Use& use, const planning::PlanningConfig& config) {
+  if (use.site == nullptr) return 0;
+  return static_cast<int64_t>(planning::EstimatePlanningMemory(use.site->view(), config));
+}
+
+// Bytes that the plan will need at most. What a prior adds is known from its last use on; before
+// that it is counted as the model is, and as what it is once it is made (WithPrior()).
+int64_t MemoryOf(const ModelMemory& model, PlanInputs& inputs) {
+  const auto known = static_cast<int64_t>(
+      fleet::EstimateJointPlanMemory(*inputs.model.view, inputs.config, inputs.scanner_models));
   if (inputs.prior.has_value()) {
-    expected = known;
     const auto use = model.site_prior().Last(*inputs.prior);
-    if (use != nullptr) {
-      expected = use->site == nullptr
-                     ? 0
-                     : planning::EstimatePlanningMemory(use->site->view(), inputs.config);
-    }
+    inputs.memory_of_prior = use == nullptr ? known : MemoryOfPrior(*use, inputs.config);
   }
-  return static_cast<int64_t>(known + expected);
+  return known + inputs.memory_of_prior;
+}
+
+// `inputs.memory`, and what the prior takes beyond what was counted. RESOURCE_EXHAUSTED
+// (MEMORY_SHORT).
+absl::StatusOr<std::shared_ptr<MemoryAccount::Reservation>> WithPrior(
+    const ModelMemory& model, const PlanInputs& inputs, const SitePriorUse::Use& use) {
+  const int64_t more = MemoryOfPrior(use, inputs.config) - inputs.memory_of_prior;
+  if (more <= 0 || inputs.memory == nullptr) return inputs.memory;
+  struct Both {
+    std::shared_ptr<MemoryAccount::Reservation> plan;
+    MemoryAccount::Reservation prior;
+  };
+  absl::StatusOr<MemoryAccount::Reservation> reserved = model.Reserve(more);
+  if (!reserved.ok()) return reserved.status();
+  const auto both = std::make_shared<Both>(Both{inputs.memory, *std::move(reserved)});
+  return std::shared_ptr<MemoryAccount::Reservation>(both, both->plan.get());
 }
 
 // The id of the scan that entered the model last; empty where the log has other scans in it than
@@ -315,13 +331,19 @@ PlanningTask TaskOf(ModelMemory& model, const PlanInputs& inputs) {
           [&model, &inputs](parallel::Parallel& parallel,
                             const parallel::Cancellation& cancelled) -> PreparedOr {
             ProblemQuestion question = QuestionOf(inputs);
+            std::shared_ptr<MemoryAccount::Reservation> memory = inputs.memory;
             if (inputs.prior.has_value()) {
-              const auto use = model.site_prior().Of(*inputs.prior, inputs.model.view, cancelled);
-              if (absl::IsCancelled(use.status())) return use.status();
               // A prior that cannot be used is told of by GetSitePrior; the plan goes without it.
-              if (use.ok()) question.site = (*use)->site;
+              // What passes is the plan's error: without the prior it would be another plan, and
+              // be kept as if it were this one.
+              const auto use = model.site_prior().Of(*inputs.prior, inputs.model.view, cancelled);
+              if (!use.ok()) return use.status();
+              auto with = WithPrior(model, inputs, **use);
+              if (!with.ok()) return with.status();
+              memory = *std::move(with);
+              question.site = (*use)->site;
             }
-            return model.prepared().Of(question, inputs.memory, parallel, cancelled);
+            return model.prepared().Of(question, std::move(memory), parallel, cancelled);
           }};
 }
 

@@ -45,6 +45,7 @@ struct PlanInputs {
   std::vector<std::string> stations;  // names of the stations that follow there
   std::vector<planning::SettingOption> settings;       // to choose from; empty: no choice
   std::shared_ptr<MemoryAccount::Reservation> memory;  // given back with the last copy
+  int64_t memory_of_prior = 0;  // bytes of that for what the site's prior adds
 };
 
 // With the newest model and the session's configuration, `overrides` over it. Empty id: the

@@ -274,6 +274,7 @@ void Session::Close() {
   CloseLog();
   plans_.Stop(PlanRun::StopReason::kSessionDeleted);
   tours_.Stop();
+  site_priors_.Stop();
   strand().Close();
   std::vector<std::string> blobs = plans_.TakeBlobs();
   journal().Read([&](const SessionState& state) {

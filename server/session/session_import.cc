@@ -129,6 +129,12 @@ absl::Status SessionImport::BeginBlob(const storage::v1::ArchiveBlob& blob) {
       break;
     }
     case storage::v1::ARCHIVE_BLOB_KIND_SITE_PRIOR:
+      if (blob.size_bytes() > kMostPriorBlob) {
+        return ArchiveDamaged("a prior of the site that is larger than one may be");
+      }
+      if (absl::Status room = account_.Reserve(blob.size_bytes()); !room.ok()) return room;
+      plan_.clear();
+      break;
     case storage::v1::ARCHIVE_BLOB_KIND_PLAN:
       if (blob.size_bytes() > kMaxPlanBytes) return ArchiveDamaged("a plan that is too large");
       if (absl::Status room = account_.Reserve(blob.size_bytes()); !room.ok()) return room;
@@ -280,7 +286,8 @@ absl::Status SessionImport::End() {
       return ArchiveDamaged(absl::StrCat("it lacks the details of ", name));
     }
   }
-  if (!state_.site_prior_blob.empty() && !use(state_.site_prior_blob)) {
+  const bool prior = !state_.site_prior.name().empty() || !state_.site_prior_blob.empty();
+  if (prior && (state_.site_prior_blob.empty() || !use(state_.site_prior_blob))) {
     return ArchiveDamaged("it lacks its prior of the site");
   }
   if (!unused.empty()) return ArchiveDamaged("it has data that its log does not name");

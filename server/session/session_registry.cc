@@ -473,6 +473,10 @@ void SessionRegistry::FreeMemory(const MemoryAccount::Shortage& shortage) {
     if (bytes <= 0) return;
     bytes -= session->model().prepared().Forget();
   }
+  for (const auto& session : sessions) {
+    if (bytes <= 0) return;
+    bytes -= session->model().site_prior().Forget();
+  }
   const absl::Duration unused_since = dependencies_.seen->Now() - kUnusedForAWhile;
   for (const auto& session : sessions) {
     if (bytes <= 0) return;
@@ -500,6 +504,7 @@ void SessionRegistry::BeginDrain() {
     session->BeginDrain();
     session->plans().Stop(PlanRun::StopReason::kDrain);
     session->tours().Stop();
+    session->site_priors().Stop();
   }
   // The next start goes on with them.
   dependencies_.files->Stop();

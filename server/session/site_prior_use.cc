@@ -1,18 +1,23 @@
 #include "server/session/site_prior_use.h"
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstring>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "core/bytes/compression.h"
+#include "core/site_prior/prior_space.h"
 #include "server/contract/error.h"
 #include "server/conversion/to_proto.h"
 
 namespace vantage::session {
 namespace {
 
-constexpr uint64_t kMostPriorBytes = uint64_t{1} << 30;
+// Between looks of who waits whether it is still wanted.
+constexpr std::chrono::milliseconds kLook{50};
 
 bool IsPlan(v1::SitePriorFormat format) {
   return format == v1::SITE_PRIOR_FORMAT_DXF || format == v1::SITE_PRIOR_FORMAT_PICTURE;
@@ -26,9 +31,42 @@ Eigen::Vector3d InPriorFrame(const v1::SitePrior& prior, const Eigen::Vector3d& 
   return unit * at;
 }
 
-bool SameModel(const model::PlanningView& a, const model::PlanningView& b) {
-  return &a == &b || (a.stations().empty() && b.stations().empty());
+// m: of another session's model the triangles are about its origin, and points in its world.
+Eigen::Vector3d SourceOrigin(const v1::SitePrior& prior) {
+  if (prior.format() != v1::SITE_PRIOR_FORMAT_SESSION) return Eigen::Vector3d::Zero();
+  return conversion::ReadOwnVector(prior.source_origin());
 }
+
+// Bytes that a prior stored so takes while it is unfolded: once as it was encoded, and as a mesh.
+int64_t UnfoldingBytes(const std::string& blob) {
+  uint64_t size = 0;
+  if (blob.size() < sizeof(size)) return 0;
+  std::memcpy(&size, blob.data(), sizeof(size));
+  return static_cast<int64_t>(2 * std::min<uint64_t>(size, site_prior::kMostPriorBytes));
+}
+
+// Where what is stored will not be there the next time either.
+bool IsLasting(const absl::Status& status) {
+  return absl::IsNotFound(status) || absl::IsDataLoss(status) || absl::IsInvalidArgument(status) ||
+         absl::IsResourceExhausted(status);
+}
+
+SitePriorUse::Use Unusable(const absl::Status& why) {
+  SitePriorUse::Use use;
+  use.standing.state = site_prior::PriorState::kUnusable;
+  use.standing.message =
+      absl::IsNotFound(why) || absl::IsDataLoss(why)
+          ? absl::StrCat("the prior is not used: what was stored of it is lost (", why.message(),
+                         "); set it again")
+          : absl::StrCat("the prior is not used: ", why.message());
+  return use;
+}
+
+// A site, and its memory.
+struct HeldSite {
+  std::shared_ptr<const planning::ExpectedSite> site;
+  MemoryAccount::Reservation memory;
+};
 
 }  // namespace
 
@@ -49,12 +87,19 @@ absl::StatusOr<site_prior::PriorPose> ReadPlacement(const v1::SitePrior& prior, 
   for (int i = 0; i < 2; ++i) {
     const v1::SitePriorPoint& given = prior.points(i);
     points[static_cast<size_t>(i)] = {
-        InPriorFrame(prior, conversion::ReadOwnVector(given.prior()), unit),
+        InPriorFrame(prior, conversion::ReadOwnVector(given.prior()) - SourceOrigin(prior), unit),
         conversion::ReadOwnVector(given.site()) - origin};
   }
   auto pose = site_prior::PlaceByPoints(points, prior.scale() > 0 ? prior.scale() : 1);
   if (!pose.ok()) return contract::InvalidField("site_prior.points", pose.status().message());
   return pose;
+}
+
+Eigen::Isometry3d WorldPoseOf(const v1::SitePrior& prior, const site_prior::PriorPose& pose) {
+  Eigen::Isometry3d world = Eigen::Isometry3d::Identity();
+  world.linear() = Eigen::AngleAxisd(pose.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  world.translation() = pose.ToModel(-SourceOrigin(prior));
+  return world;
 }
 
 std::string WritePriorBlob(const site_prior::PriorMesh& mesh) {
@@ -68,7 +113,9 @@ absl::StatusOr<site_prior::PriorMesh> ReadPriorBlob(const std::string& bytes) {
   std::array<uint64_t, 1> size{};
   if (bytes.size() < sizeof(size)) return absl::DataLossError("the prior is cut off");
   std::memcpy(size.data(), bytes.data(), sizeof(size));
-  if (size[0] > kMostPriorBytes) return absl::DataLossError("the prior is larger than one may be");
+  if (size[0] > site_prior::kMostPriorBytes) {
+    return absl::DataLossError("the prior is larger than one may be");
+  }
   const auto whole = bytes::ZstdDecompress(absl::string_view(bytes).substr(sizeof(size)), size[0]);
   if (!whole.ok()) return absl::DataLossError(whole.status().message());
   auto mesh = site_prior::DecodePrior(*whole);
@@ -76,59 +123,128 @@ absl::StatusOr<site_prior::PriorMesh> ReadPriorBlob(const std::string& bytes) {
   return mesh;
 }
 
-absl::StatusOr<std::shared_ptr<const site_prior::SitePrior>> SitePriorUse::Load(
-    const SitePriorQuestion& question) {
+absl::StatusOr<std::shared_ptr<const SitePriorUse::Loaded>> SitePriorUse::Load(
+    const Key& key, const SitePriorQuestion& question, double voxel, uint64_t forgotten,
+    absl::Status& lasting, const parallel::Cancellation& cancelled) {
   {
     std::lock_guard<std::mutex> lock(mutex_);
-    if (loaded_ == question.set) return prior_;
+    if (loaded_ != nullptr && loaded_->key == key) return loaded_;
   }
   const absl::StatusOr<std::string> bytes = question.store->GetBlob(question.blob);
-  if (!bytes.ok()) return bytes.status();
+  if (!bytes.ok()) return lasting = bytes.status();
+  auto unfolding = reserve_(UnfoldingBytes(*bytes));
+  if (!unfolding.ok()) return unfolding.status();
   auto mesh = ReadPriorBlob(*bytes);
-  if (!mesh.ok()) return mesh.status();
+  if (!mesh.ok()) return lasting = mesh.status();
   const auto pose = ReadPlacement(question.prior, question.prior.unit_m(), question.origin);
-  if (!pose.ok()) return pose.status();
-  auto prior = site_prior::SitePrior::Create(
-      *std::move(mesh), *pose,
-      question.prior.accuracy_m() > 0 ? question.prior.accuracy_m() : site_prior::kDefaultAccuracy);
-  if (!prior.ok()) return prior.status();
+  if (!pose.ok()) return lasting = pose.status();
+  auto memory = reserve_(static_cast<int64_t>(site_prior::EstimateMemory(*mesh, *pose, voxel)));
+  if (!memory.ok()) return memory.status();
+  const double accuracy = question.prior.accuracy_m() > 0
+                              ? std::min(question.prior.accuracy_m(), site_prior::kMostAccuracy)
+                              : site_prior::kDefaultAccuracy;
+  auto prior = site_prior::SitePrior::Create(*std::move(mesh), *pose, accuracy, cancelled);
+  if (!prior.ok()) return lasting = prior.status();
+  memory->Set(static_cast<int64_t>((*prior)->Bytes()));
+  auto loaded = std::make_shared<const Loaded>(Loaded{key, *std::move(prior), *std::move(memory)});
   std::lock_guard<std::mutex> lock(mutex_);
-  loaded_ = question.set;
-  prior_ = *prior;
-  return prior;
+  if (forgotten_ == forgotten) loaded_ = loaded;
+  return loaded;
+}
+
+absl::StatusOr<SitePriorUse::Used> SitePriorUse::Make(
+    const Key& key, const SitePriorQuestion& question,
+    const std::shared_ptr<const model::PlanningView>& view, uint64_t forgotten,
+    const parallel::Cancellation& cancelled) {
+  Used used{key, view, view->stations().empty(), nullptr, 0};
+  absl::Status lasting;
+  const auto loaded = Load(key, question, view->voxel_size(), forgotten, lasting, cancelled);
+  if (!lasting.ok() && IsLasting(lasting)) {
+    used.use = std::make_shared<const Use>(Unusable(lasting));
+    return used;
+  }
+  if (!loaded.ok()) return loaded.status();
+  const site_prior::SitePrior& prior = *(*loaded)->prior;
+  auto memory = reserve_(static_cast<int64_t>(site_prior::EstimateJudgeMemory(*view, prior)));
+  if (!memory.ok()) return memory.status();
+  auto standing = site_prior::Judge(*view, prior, cancelled);
+  if (!standing.ok()) return standing.status();
+  Use use;
+  if (standing->space.has_value()) {
+    used.bytes = static_cast<int64_t>(site_prior::BytesOf(*standing->space));
+    auto site = planning::ExpectedSite::Of(*std::move(standing->space), cancelled);
+    if (!site.ok()) return site.status();
+    standing->space.reset();
+    memory->Set(used.bytes);
+    const auto held =
+        std::make_shared<const HeldSite>(HeldSite{*std::move(site), *std::move(memory)});
+    use.site = std::shared_ptr<const planning::ExpectedSite>(held, held->site.get());
+  }
+  use.standing = *std::move(standing);
+  used.use = std::make_shared<const Use>(std::move(use));
+  return used;
 }
 
 std::shared_ptr<const SitePriorUse::Use> SitePriorUse::Last(
     const SitePriorQuestion& question) const {
   std::lock_guard<std::mutex> lock(mutex_);
-  return used_ == question.set ? use_ : nullptr;
+  if (!used_.has_value() || !(used_->key == Key{question.set, question.origin})) return nullptr;
+  return used_->use;
 }
 
 absl::StatusOr<std::shared_ptr<const SitePriorUse::Use>> SitePriorUse::Of(
     const SitePriorQuestion& question, const std::shared_ptr<const model::PlanningView>& view,
     const parallel::Cancellation& cancelled) {
+  const Key key{question.set, question.origin};
+  uint64_t forgotten = 0;
+  {
+    std::unique_lock<std::mutex> lock(mutex_);
+    while (true) {
+      if (used_.has_value() && used_->key == key &&
+          ((used_->nothing_scanned && view->stations().empty()) || used_->view.lock() == view)) {
+        return used_->use;
+      }
+      if (!making_) break;
+      if (cancelled.Requested()) return absl::CancelledError("site prior");
+      ended_.wait_for(lock, kLook);
+    }
+    making_ = true;
+    forgotten = forgotten_;
+  }
+  // However it ends, also by an exception, others go on.
+  struct End {
+    SitePriorUse& own;
+    ~End() {
+      std::lock_guard<std::mutex> lock(own.mutex_);
+      own.making_ = false;
+      own.ended_.notify_all();
+    }
+  } const end{*this};
+  absl::StatusOr<Used> made = Make(key, question, view, forgotten, cancelled);
+  if (!made.ok()) return made.status();
+  const std::shared_ptr<const Use> use = made->use;
+  std::optional<Used> before = *std::move(made);
   {
     std::lock_guard<std::mutex> lock(mutex_);
-    if (use_ != nullptr && used_ == question.set && SameModel(*view_, *view)) return use_;
+    if (forgotten_ == forgotten) used_.swap(before);
   }
-  const auto prior = Load(question);
-  if (!prior.ok()) return prior.status();
-  auto standing = site_prior::Judge(*view, **prior, cancelled);
-  if (!standing.ok()) return standing.status();
-  Use use;
-  if (standing->space.has_value()) {
-    auto site = planning::ExpectedSite::Of(*std::move(standing->space), cancelled);
-    if (!site.ok()) return site.status();
-    use.site = *std::move(site);
-    standing->space.reset();
+  return use;  // what was held before goes without the lock
+}
+
+int64_t SitePriorUse::Forget() {
+  std::shared_ptr<const Loaded> loaded;
+  std::optional<Used> used;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    loaded.swap(loaded_);
+    used.swap(used_);
+    ++forgotten_;
   }
-  use.standing = *std::move(standing);
-  auto made = std::make_shared<const Use>(std::move(use));
-  std::lock_guard<std::mutex> lock(mutex_);
-  used_ = question.set;
-  view_ = view;
-  use_ = made;
-  return made;
+  int64_t bytes = 0;
+  if (loaded != nullptr && loaded.use_count() == 1) bytes += loaded->memory.bytes();
+  const bool alone =
+      used.has_value() && used->use.use_count() == 1 && used->use->site.use_count() == 1;
+  return bytes + (alone ? used->bytes : 0);
 }
 
 }  // namespace vantage::session

@@ -1,13 +1,17 @@
-// What a session's prior of the site says of a model: made once for each version, as plans need it.
+// What a session's prior of the site says of a model: made once for each version, as plans need it,
+// within the server's memory account.
 #ifndef VANTAGE_SERVER_SESSION_SITE_PRIOR_USE_H_
 #define VANTAGE_SERVER_SESSION_SITE_PRIOR_USE_H_
 
 #include <Eigen/Core>
+#include <condition_variable>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "absl/base/thread_annotations.h"
 #include "absl/status/statusor.h"
@@ -16,6 +20,7 @@
 #include "core/planning/expectation/expected_site.h"
 #include "core/site_prior/prior_mesh.h"
 #include "core/site_prior/site_prior.h"
+#include "server/session/memory_account.h"
 #include "server/session/session_state.h"
 #include "server/store/store.h"
 #include "vantage/v1/site_prior.pb.h"
@@ -40,6 +45,13 @@ std::optional<SitePriorQuestion> SitePriorOf(const SessionState& state,
 absl::StatusOr<site_prior::PriorPose> ReadPlacement(const v1::SitePrior& prior, double unit,
                                                     const Eigen::Vector3d& origin);
 
+// Where the prior's frame lies in the world by a standing: of another session's model the frame is
+// that session's world.
+Eigen::Isometry3d WorldPoseOf(const v1::SitePrior& prior, const site_prior::PriorPose& pose);
+
+// The most of a stored prior, bytes, in archives too.
+inline constexpr int64_t kMostPriorBlob = static_cast<int64_t>(site_prior::kMostPriorBytes) +
+                                          (int64_t{1} << 20);  // what does not compress grows
 // As it is stored.
 std::string WritePriorBlob(const site_prior::PriorMesh& mesh);
 // DATA_LOSS: it is not what that writes.
@@ -48,12 +60,20 @@ absl::StatusOr<site_prior::PriorMesh> ReadPriorBlob(const std::string& bytes);
 // Thread safe.
 class SitePriorUse {
  public:
+  // Takes bytes of the server's memory. RESOURCE_EXHAUSTED (MEMORY_SHORT).
+  using Reserve = std::function<absl::StatusOr<MemoryAccount::Reservation>(int64_t bytes)>;
+
+  explicit SitePriorUse(Reserve reserve) : reserve_(std::move(reserve)) {}
+
   struct Use {
-    site_prior::PriorStanding standing;                  // without its space
-    std::shared_ptr<const planning::ExpectedSite> site;  // null where it is not used
+    site_prior::PriorStanding standing;  // without its space
+    // Null where it is not used. Its memory is given back with the last who plans with it.
+    std::shared_ptr<const planning::ExpectedSite> site;
   };
-  // The last answer, if it is of the same, or a new one. Of two at a time both are made. Errors as
-  // of site_prior::Judge() and store::Store::GetBlob().
+  // The last answer, if it is of the same, or a new one: one at a time is made, for which others
+  // wait. What lasts is a verdict (kUnusable): its data are lost, or it cannot be had. Errors are
+  // those that pass: of store::Store::GetBlob(), RESOURCE_EXHAUSTED (MEMORY_SHORT), and CANCELLED
+  // when that was requested on the way.
   absl::StatusOr<std::shared_ptr<const Use>> Of(
       const SitePriorQuestion& question, const std::shared_ptr<const model::PlanningView>& view,
       const parallel::Cancellation& cancelled);
@@ -61,16 +81,45 @@ class SitePriorUse {
   // The last answer of that prior, of whatever model; null where there is none.
   std::shared_ptr<const Use> Last(const SitePriorQuestion& question) const;
 
- private:
-  absl::StatusOr<std::shared_ptr<const site_prior::SitePrior>> Load(
-      const SitePriorQuestion& question);
+  // Lets go of it, and of what is being made. Returns the bytes that this gives back.
+  int64_t Forget();
 
+ private:
+  // What a placed prior is a function of.
+  struct Key {
+    uint64_t set = 0;  // as SitePriorQuestion::set
+    Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+    bool operator==(const Key& other) const { return set == other.set && origin == other.origin; }
+  };
+  struct Loaded {
+    Key key;
+    std::shared_ptr<const site_prior::SitePrior> prior;
+    MemoryAccount::Reservation memory;
+  };
+  struct Used {
+    Key key;
+    std::weak_ptr<const model::PlanningView> view;  // which goes when nobody else has it
+    bool nothing_scanned = false;                   // so that all such views are alike
+    std::shared_ptr<const Use> use;
+    int64_t bytes = 0;  // of use->site
+  };
+
+  absl::StatusOr<Used> Make(const Key& key, const SitePriorQuestion& question,
+                            const std::shared_ptr<const model::PlanningView>& view,
+                            uint64_t forgotten, const parallel::Cancellation& cancelled);
+  absl::StatusOr<std::shared_ptr<const Loaded>> Load(const Key& key,
+                                                     const SitePriorQuestion& question,
+                                                     double voxel, uint64_t forgotten,
+                                                     absl::Status& lasting,
+                                                     const parallel::Cancellation& cancelled);
+
+  const Reserve reserve_;
   mutable std::mutex mutex_;
-  uint64_t loaded_ ABSL_GUARDED_BY(mutex_) = 0;  // SitePriorQuestion::set of the following
-  std::shared_ptr<const site_prior::SitePrior> prior_ ABSL_GUARDED_BY(mutex_);
-  uint64_t used_ ABSL_GUARDED_BY(mutex_) = 0;  // the same, of the following
-  std::shared_ptr<const model::PlanningView> view_ ABSL_GUARDED_BY(mutex_);
-  std::shared_ptr<const Use> use_ ABSL_GUARDED_BY(mutex_);
+  std::condition_variable ended_;                   // what was being made
+  bool making_ ABSL_GUARDED_BY(mutex_) = false;     // somebody is
+  uint64_t forgotten_ ABSL_GUARDED_BY(mutex_) = 0;  // how often
+  std::shared_ptr<const Loaded> loaded_ ABSL_GUARDED_BY(mutex_);
+  std::optional<Used> used_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace vantage::session

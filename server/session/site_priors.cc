@@ -4,24 +4,39 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/time/time.h"
 #include "core/bytes/compression.h"
 #include "core/confinement/child.h"
 #include "core/confinement/descriptor.h"
 #include "core/site_prior/confined_prior.h"
 #include "core/site_prior/prior_file.h"
+#include "core/site_prior/prior_space.h"
 #include "server/contract/error.h"
 #include "server/contract/out_of_memory.h"
 #include "server/contract/resource_names.h"
 #include "server/conversion/to_proto.h"
+#include "server/session/file_allowance.h"
 #include "server/session/site_prior_use.h"
 
 namespace vantage::session {
 namespace {
 
-constexpr uint64_t kMostReaderBytes = uint64_t{3} << 30;
+constexpr absl::Duration kRetryPriorAfter = absl::Seconds(2);
+// What reading a file takes here and in the reader, bytes: in any case; times the file, of OBJ and
+// of PLY; and of a plan what is drawn (core/site_prior/confined_prior.cc, 'Measured').
+constexpr int64_t kBytesBesideFile = int64_t{64} << 20;
+constexpr int64_t kTimesObj = 32;
+constexpr int64_t kTimesPly = 8;
+constexpr int64_t kBytesOfPlan = int64_t{600} << 20;
+constexpr size_t kBytesOfVoxelAsMesh = 4 * 12 + 2 * 12;  // of a model's surface
+// The least that two points of a picture are apart to tell its scale: a hand is then 2 %.
+constexpr double kLeastForScale = 5;    // m
+constexpr double kLeastOfPicture = 50;  // pixels
 
 absl::StatusOr<std::string> Unfolded(const v1::SetSitePriorRequest& request) {
   if (request.compression() != v1::COMPRESSION_ZSTD) return request.file();
@@ -57,31 +72,55 @@ v1::SitePriorFormat WriteFormat(site_prior::PriorFormat format) {
   return v1::SITE_PRIOR_FORMAT_UNSPECIFIED;
 }
 
-// Of what is wrong with the file.
-absl::Status Refused(const absl::Status& status) {
+int64_t ReadingBytes(site_prior::PriorFormat format, size_t size) {
+  const auto bytes = static_cast<int64_t>(size);
+  switch (format) {
+    case site_prior::PriorFormat::kObj:
+      return kBytesBesideFile + kTimesObj * bytes;
+    case site_prior::PriorFormat::kPly:
+      return kBytesBesideFile + kTimesPly * bytes;
+    case site_prior::PriorFormat::kDxf:
+    case site_prior::PriorFormat::kPicture:
+      return kBytesBesideFile + kBytesOfPlan + 2 * bytes;
+  }
+  return kBytesBesideFile;
+}
+
+// Of what is wrong with the file, or with the model that it is.
+absl::Status Refused(const absl::Status& status, const std::string& field) {
   if (confinement::IsBeyondAllowance(status)) {
     return contract::ErrorWithReason(absl::StatusCode::kResourceExhausted, "FILE_TOO_COSTLY",
-                                     status.message());
+                                     absl::StrCat(field, ": ", status.message()));
   }
   if (absl::IsResourceExhausted(status)) {
     return contract::ErrorWithReason(absl::StatusCode::kResourceExhausted, "FILE_TOO_LARGE",
-                                     status.message());
+                                     absl::StrCat(field, ": ", status.message()));
   }
   if (absl::IsInvalidArgument(status) || absl::IsUnimplemented(status)) {
-    return contract::InvalidField("file", status.message());
+    return contract::InvalidField(field, status.message());
   }
   return status;
 }
 
-// Metres for a pixel, by how far apart the two points are; 0 where they don't tell.
-double PixelOf(const v1::SitePrior& prior) {
-  if (prior.points_size() != 2) return 0;
-  const auto plan = [](const v1::Vector3& v) {
-    return conversion::ReadOwnVector(v).head<2>().eval();
-  };
-  const double pixels = (plan(prior.points(1).prior()) - plan(prior.points(0).prior())).norm();
-  const double metres = (plan(prior.points(1).site()) - plan(prior.points(0).site())).norm();
-  return pixels > 1 ? metres / pixels : 0;
+// Metres for a pixel, by how far apart the two points are. INVALID_ARGUMENT: they don't tell.
+absl::StatusOr<double> PixelOf(const v1::SitePrior& prior) {
+  double pixels = 0;
+  double metres = 0;
+  if (prior.points_size() == 2) {
+    const auto plan = [](const v1::Vector3& v) {
+      return conversion::ReadOwnVector(v).head<2>().eval();
+    };
+    pixels = (plan(prior.points(1).prior()) - plan(prior.points(0).prior())).norm();
+    metres = (plan(prior.points(1).site()) - plan(prior.points(0).site())).norm();
+  }
+  if (!(pixels >= kLeastOfPicture && metres >= kLeastForScale)) {
+    return contract::InvalidField(
+        "site_prior.unit_m",
+        absl::StrFormat("a picture needs its scale: give metres for a pixel, or two points at "
+                        "least %.0f m and %.0f pixels apart; these are %.1f m and %.0f pixels",
+                        kLeastForScale, kLeastOfPicture, metres, pixels));
+  }
+  return metres / pixels / (prior.scale() > 0 ? prior.scale() : 1);
 }
 
 v1::SitePriorState WriteState(site_prior::PriorState state) {
@@ -96,12 +135,14 @@ v1::SitePriorState WriteState(site_prior::PriorState state) {
       return v1::SITE_PRIOR_STATE_NOT_ALIGNED;
     case site_prior::PriorState::kRefuted:
       return v1::SITE_PRIOR_STATE_REFUTED;
+    case site_prior::PriorState::kUnusable:
+      return v1::SITE_PRIOR_STATE_UNUSABLE;
   }
   return v1::SITE_PRIOR_STATE_UNSPECIFIED;
 }
 
 v1::SitePriorStanding WriteStanding(const site_prior::PriorStanding& standing,
-                                    const Eigen::Vector3d& origin, uint64_t version) {
+                                    const SitePriorQuestion& question, uint64_t version) {
   v1::SitePriorStanding out;
   out.set_state(WriteState(standing.state));
   out.set_message(standing.message);
@@ -111,11 +152,8 @@ v1::SitePriorStanding WriteStanding(const site_prior::PriorStanding& standing,
   out.set_refuted_share(standing.refuted_share);
   out.set_residual_m(standing.alignment.residual);
   out.set_scale(standing.alignment.pose.scale);
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.linear() =
-      Eigen::AngleAxisd(standing.alignment.pose.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  pose.translation() = standing.alignment.pose.translation;
-  *out.mutable_pose() = conversion::WritePose(pose, origin);
+  *out.mutable_pose() =
+      conversion::WritePose(WorldPoseOf(question.prior, standing.alignment.pose), question.origin);
   out.set_new_area_m2(standing.new_area);
   return out;
 }
@@ -125,7 +163,59 @@ absl::Status NoPrior(const SessionContext& context) {
                                     absl::StrCat(context.name(), "/sitePrior"));
 }
 
+absl::Status TooMany() {
+  return contract::Retryable(absl::StatusCode::kResourceExhausted, "TOO_MANY_EVALUATIONS",
+                             "as much of this session is being evaluated as may be",
+                             kRetryPriorAfter);
+}
+
 }  // namespace
+
+// A prior on its way in. Whoever asked is answered once, also where the work is dropped.
+class SitePriors::Setting {
+ public:
+  using Done = std::function<void(absl::StatusOr<v1::SetSitePriorResponse>)>;
+
+  // One evaluation was begun for it.
+  Setting(SitePriors& priors, const v1::SetSitePriorRequest& asked, PriorSource of, Done done)
+      : request(asked),
+        source(std::move(of)),
+        key(RequestKey::Of(asked.request_id(), "SetSitePrior", asked)),
+        prior(asked.site_prior()),
+        keep_(priors.context_.shared_from_this()),
+        priors_(priors),
+        done_(std::move(done)) {
+    prior.clear_name();
+    prior.clear_format();
+    prior.clear_file_size_bytes();
+    prior.clear_triangle_count();
+    prior.clear_create_time();
+    prior.clear_source_origin();
+  }
+  ~Setting() { Answer(priors_.Ended()); }
+  Setting(const Setting&) = delete;
+  Setting& operator=(const Setting&) = delete;
+
+  void Answer(absl::StatusOr<v1::SetSitePriorResponse> response) {
+    if (done_ == nullptr) return;
+    priors_.model_.EndEvaluation();
+    std::exchange(done_, nullptr)(std::move(response));
+  }
+  const char* field() const {
+    return source.view != nullptr ? "site_prior.source_session" : "file";
+  }
+
+  const v1::SetSitePriorRequest request;
+  PriorSource source;
+  const RequestKey key;
+  v1::SitePrior prior;  // without what only a server says, until it is known
+  site_prior::PriorMesh mesh;
+
+ private:
+  const std::shared_ptr<SessionContext> keep_;
+  SitePriors& priors_;
+  Done done_;
+};
 
 SitePriors::SitePriors(SessionContext& context, ModelMemory& model, Preparation& preparation)
     : context_(context), model_(model), preparation_(preparation) {
@@ -134,94 +224,159 @@ SitePriors::SitePriors(SessionContext& context, ModelMemory& model, Preparation&
   }
 }
 
-void SitePriors::Set(const v1::SetSitePriorRequest& request,
-                     std::shared_ptr<const model::PlanningView> source,
-                     std::function<void(absl::StatusOr<v1::SetSitePriorResponse>)> done) {
-  const auto set = [this, request, source = std::move(source),
-                    done = std::move(done)](parallel::Parallel&) {
-    done(contract::UnlessOutOfMemory([&] { return SetNow(request, source.get()); }));
-  };
-  context_.RunInteractive(set);
+absl::Status SitePriors::Ended() const {
+  if (context_.closed()) {
+    return absl::AbortedError(absl::StrCat(context_.name(), " was deleted"));
+  }
+  return contract::Retryable(absl::StatusCode::kUnavailable, "DRAINING",
+                             "the server shuts down; ask again after its next start",
+                             kRetryPriorAfter);
 }
 
-absl::StatusOr<v1::SetSitePriorResponse> SitePriors::SetNow(const v1::SetSitePriorRequest& request,
-                                                            const model::PlanningView* source) {
-  const RequestKey key = RequestKey::Of(request.request_id(), "SetSitePrior", request);
+void SitePriors::Set(const v1::SetSitePriorRequest& request, PriorSource source,
+                     std::function<void(absl::StatusOr<v1::SetSitePriorResponse>)> done) {
+  if (!model_.BeginEvaluation()) return done(TooMany());
+  const auto setting =
+      std::make_shared<Setting>(*this, request, std::move(source), std::move(done));
+  const auto make = [this, setting](parallel::Parallel&) {
+    setting->Answer(contract::UnlessOutOfMemory([&] { return SetNow(*setting); }));
+  };
+  // A request that is known is answered without its file.
+  if (setting->source.view != nullptr || context_.journal().Knows(setting->key)) {
+    return context_.RunInteractive(make);
+  }
+  // Beside the tenant's scans, which may take an hour, and one at a time.
+  context_.dependencies().files->Post(absl::StrCat(ReaderOf(context_), " prior"), context_.id(),
+                                      [this, setting, make](const FileReadings::GivenUp& given_up) {
+                                        const absl::Status read = contract::UnlessOutOfMemory(
+                                            [&] { return Read(*setting, given_up); });
+                                        if (read.ok()) {
+                                          context_.RunInteractive(make);
+                                        } else {
+                                          setting->Answer(absl::IsCancelled(read) ? Ended() : read);
+                                        }
+                                        return std::chrono::milliseconds(0);
+                                      });
+}
+
+absl::Status SitePriors::Read(Setting& setting, const std::function<bool()>& given_up) {
+  const auto ended = [&] {
+    return given_up() || stop_.stop_requested() || context_.closed() || context_.halted();
+  };
+  const v1::SetSitePriorRequest& request = setting.request;
+  v1::SitePrior& prior = setting.prior;
+  auto unfolding = model_.Reserve(request.uncompressed_size_bytes() + kBytesBesideFile);
+  if (!unfolding.ok()) return unfolding.status();
+  const absl::StatusOr<std::string> bytes = Unfolded(request);
+  if (!bytes.ok()) return bytes.status();
+  const auto format = site_prior::FindPriorFormat(*bytes);
+  if (!format.ok()) return Refused(format.status(), setting.field());
+  prior.set_format(WriteFormat(*format));
+  prior.set_file_size_bytes(static_cast<int64_t>(bytes->size()));
+  site_prior::PriorReading reading;
+  reading.unit = prior.unit_m();
+  if (prior.format() == v1::SITE_PRIOR_FORMAT_PICTURE && reading.unit == 0) {
+    const absl::StatusOr<double> pixel = PixelOf(prior);
+    if (!pixel.ok()) return pixel.status();
+    reading.unit = *pixel;
+  }
+  if (prior.wall_height_m() > 0) reading.wall_height = prior.wall_height_m();
+  if (prior.darkest() > 0) reading.darkest = prior.darkest();
+  reading.y_up = prior.y_up() ? 1 : 0;
+  const auto memory = model_.Reserve(ReadingBytes(*format, bytes->size()));
+  if (!memory.ok()) return memory.status();
+  const auto file = AsFile(*bytes);
+  if (!file.ok()) return file.status();
+  auto read = site_prior::ReadPriorConfined(file->get(), bytes->size(), reading,
+                                            FileAllowance(context_.dependencies(), ended));
+  if (!read.ok()) return Refused(read.status(), setting.field());
+  setting.mesh = *std::move(read);
+  prior.set_unit_m(setting.mesh.unit);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<v1::SetSitePriorResponse> SitePriors::SetNow(Setting& setting) {
   v1::SetSitePriorResponse response;
   const auto as_it_is = [&] {
     context_.journal().Read(
         [&](const SessionState& state) { *response.mutable_site_prior() = state.site_prior; });
     return response;
   };
-  if (context_.journal().Knows(key)) {
-    absl::Status same = context_.journal().CheckRequest(key);
+  if (context_.journal().Knows(setting.key)) {
+    absl::Status same = context_.journal().CheckRequest(setting.key);
     if (!same.ok()) return same;
     return as_it_is();
   }
-  v1::SitePrior prior = request.site_prior();
-  site_prior::PriorMesh mesh;
-  if (source != nullptr) {
-    mesh = site_prior::MeshOfModel(*source);
+  v1::SitePrior& prior = setting.prior;
+  if (setting.source.view != nullptr) {
+    const auto room = model_.Reserve(
+        static_cast<int64_t>(setting.source.view->SurfaceCount() * kBytesOfVoxelAsMesh));
+    if (!room.ok()) return room.status();
+    auto mesh = site_prior::MeshOfModel(*setting.source.view);
+    if (!mesh.ok()) return Refused(mesh.status(), setting.field());
+    setting.mesh = *std::move(mesh);
     prior.set_format(v1::SITE_PRIOR_FORMAT_SESSION);
     prior.set_unit_m(1);
-  } else {
-    const absl::StatusOr<std::string> bytes = Unfolded(request);
-    if (!bytes.ok()) return bytes.status();
-    const auto format = site_prior::FindPriorFormat(*bytes);
-    if (!format.ok()) return Refused(format.status());
-    prior.set_format(WriteFormat(*format));
-    prior.set_file_size_bytes(static_cast<int64_t>(bytes->size()));
-    site_prior::PriorReading reading;
-    reading.unit = prior.unit_m();
-    if (prior.format() == v1::SITE_PRIOR_FORMAT_PICTURE && reading.unit == 0) {
-      reading.unit = PixelOf(prior);
-    }
-    if (prior.wall_height_m() > 0) reading.wall_height = prior.wall_height_m();
-    if (prior.darkest() > 0) reading.darkest = prior.darkest();
-    reading.y_up = prior.y_up() ? 1 : 0;
-    const auto file = AsFile(*bytes);
-    if (!file.ok()) return file.status();
-    confinement::AllowanceSettings allowance;
-    allowance.most_memory_bytes = kMostReaderBytes;
-    allowance.given_up = [this] { return context_.closed() || context_.halted(); };
-    allowance.memory_option = "--memory-mib";
-    allowance.seconds_option = "--file-seconds";
-    auto read = site_prior::ReadPriorConfined(file->get(), bytes->size(), reading, allowance);
-    if (!read.ok()) return Refused(read.status());
-    mesh = *std::move(read);
-    prior.set_unit_m(mesh.unit);
+    *prior.mutable_source_origin() = conversion::WriteVector(setting.source.origin);
+    setting.source.view = nullptr;
   }
+  const std::string field =
+      prior.format() == v1::SITE_PRIOR_FORMAT_SESSION ? "site_prior.source_session" : "file";
+  const double voxel = model_.config().voxel_size;
   const auto pose = ReadPlacement(prior, prior.unit_m(), context_.origin());
   if (!pose.ok()) return pose.status();
+  if (absl::Status near = site_prior::CheckPlace(setting.mesh, *pose, voxel); !near.ok()) {
+    return contract::InvalidField(
+        "site_prior.points",
+        absl::StrCat(near.message(), "; in a national grid, state session.origin"));
+  }
   const double accuracy =
       prior.accuracy_m() > 0 ? prior.accuracy_m() : site_prior::kDefaultAccuracy;
   prior.set_accuracy_m(accuracy);
-  prior.set_triangle_count(static_cast<int64_t>(mesh.triangles.size()));
-  // Whether there is a room in it is said now.
-  auto made = site_prior::SitePrior::Create(std::move(mesh), *pose, accuracy);
-  if (!made.ok()) return Refused(made.status());
+  prior.set_triangle_count(static_cast<int64_t>(setting.mesh.triangles.size()));
+  const auto memory =
+      model_.Reserve(static_cast<int64_t>(site_prior::EstimateMemory(setting.mesh, *pose, voxel)));
+  if (!memory.ok()) return memory.status();
+  const std::string stored = WritePriorBlob(setting.mesh);
+  // Whether there is a room in it, also in the model's voxels, is said now.
+  const parallel::Cancellation cancelled(stop_.get_token());
+  auto made = site_prior::SitePrior::Create(std::move(setting.mesh), *pose, accuracy, cancelled);
+  if (absl::IsCancelled(made.status())) return Ended();
+  if (!made.ok()) return Refused(made.status(), field);
+  const absl::Status usable = site_prior::CheckUsable(**made, voxel, cancelled);
+  if (absl::IsCancelled(usable)) return Ended();
+  if (!usable.ok()) {
+    return Refused(absl::Status(usable.code(), absl::StrCat(usable.message(),
+                                                            "; or set it in a session whose "
+                                                            "model_config.voxel_size_m is larger")),
+                   field);
+  }
   if (absl::Status room = context_.CheckLog(); !room.ok()) return room;
-  const absl::StatusOr<std::string> blob = context_.PutOwnBlob(WritePriorBlob((*made)->mesh()));
+  const absl::StatusOr<std::string> blob = context_.PutOwnBlob(stored);
   if (!blob.ok()) return blob.status();
   std::string before;
+  bool drafted = false;
   prior.set_name(absl::StrCat(context_.name(), "/sitePrior"));
-  const auto written =
-      context_.journal().Execute(key, [&](const SessionState& state) -> absl::StatusOr<Draft> {
+  const auto written = context_.journal().Execute(
+      setting.key, [&](const SessionState& state) -> absl::StatusOr<Draft> {
         before = state.site_prior_blob;
+        drafted = true;
         Draft draft;
         *prior.mutable_create_time() = conversion::WriteTime(context_.journal().Now());
         *draft.event.mutable_site_prior_set()->mutable_site_prior() = prior;
         draft.blob = *blob;
         return draft;
       });
-  if (!written.ok()) {
-    context_.ReleaseOwnBlob(*blob);
-    return written.status();
-  }
+  // The same request, sent twice at a time, was the other's.
+  if (!written.ok() || !drafted) context_.ReleaseOwnBlob(*blob);
+  if (!written.ok()) return written.status();
+  if (!drafted) return as_it_is();
   if (!before.empty()) context_.ReleaseOwnBlob(before);
+  model_.site_prior().Forget();
   preparation_.Stop();
   preparation_.Begin();
-  return as_it_is();
+  *response.mutable_site_prior() = prior;
+  return response;
 }
 
 void SitePriors::Describe(std::function<void(absl::StatusOr<v1::GetSitePriorResponse>)> done) {
@@ -239,14 +394,21 @@ void SitePriors::Describe(std::function<void(absl::StatusOr<v1::GetSitePriorResp
                                                        std::vector<model::BrickAt>(),
                                                        std::vector<model::Station>());
   }
+  if (!model_.BeginEvaluation()) return done(TooMany());
   context_.RunInteractive([this, question = *std::move(question), model,
                            done = std::move(done)](parallel::Parallel&) {
-    const auto use = contract::UnlessOutOfMemory(
-        [&] { return model_.site_prior().Of(question, model.view, {}); });
-    if (!use.ok()) return done(use.status());
-    v1::GetSitePriorResponse response;
-    *response.mutable_site_prior() = question.prior;
-    *response.mutable_standing() = WriteStanding((*use)->standing, question.origin, model.version);
+    absl::StatusOr<v1::GetSitePriorResponse> response =
+        contract::UnlessOutOfMemory([&]() -> absl::StatusOr<v1::GetSitePriorResponse> {
+          const auto use = model_.site_prior().Of(question, model.view,
+                                                  parallel::Cancellation(stop_.get_token()));
+          if (absl::IsCancelled(use.status())) return Ended();
+          if (!use.ok()) return use.status();
+          v1::GetSitePriorResponse standing;
+          *standing.mutable_site_prior() = question.prior;
+          *standing.mutable_standing() = WriteStanding((*use)->standing, question, model.version);
+          return standing;
+        });
+    model_.EndEvaluation();
     done(std::move(response));
   });
 }
@@ -256,7 +418,9 @@ absl::Status SitePriors::Clear(const v1::ClearSitePriorRequest& request) {
   const auto cleared = context_.journal().Execute(
       RequestKey::Of(request.request_id(), "ClearSitePrior", request),
       [&](const SessionState& state) -> absl::StatusOr<Draft> {
-        if (state.site_prior.name().empty()) return NoPrior(context_);
+        if (state.site_prior.name().empty() && state.site_prior_blob.empty()) {
+          return NoPrior(context_);
+        }
         blob = state.site_prior_blob;
         Draft draft;
         *draft.event.mutable_site_prior_cleared()->mutable_site_prior() = state.site_prior;
@@ -264,6 +428,7 @@ absl::Status SitePriors::Clear(const v1::ClearSitePriorRequest& request) {
       });
   if (!cleared.ok()) return cleared.status();
   if (!blob.empty()) context_.ReleaseOwnBlob(blob);
+  model_.site_prior().Forget();
   preparation_.Stop();
   preparation_.Begin();
   return absl::OkStatus();

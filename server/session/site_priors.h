@@ -3,8 +3,10 @@
 #ifndef VANTAGE_SERVER_SESSION_SITE_PRIORS_H_
 #define VANTAGE_SERVER_SESSION_SITE_PRIORS_H_
 
+#include <Eigen/Core>
 #include <functional>
 #include <memory>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -18,35 +20,44 @@
 
 namespace vantage::session {
 
-// The most of a file: as it comes, and unfolded, bytes.
-inline constexpr size_t kMostPriorSent = size_t{3} << 20;
-inline constexpr size_t kMostPriorUnfolded = size_t{64} << 20;
+// The model that a prior is; without a view where it comes as a file.
+struct PriorSource {
+  std::shared_ptr<const model::PlanningView> view;
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  // m, of its frame in its session's world
+};
 
-// Thread safe: it has no state of its own.
+// Thread safe.
 class SitePriors {
  public:
   SitePriors(SessionContext& context, ModelMemory& model, Preparation& preparation);
 
-  // The request was checked. `source`: the model that the prior is, or null. Reads the file on the
-  // planning pool, in a process of its own; `done` is called exactly once. Errors are those of the
-  // contract.
-  void Set(const v1::SetSitePriorRequest& request,
-           std::shared_ptr<const model::PlanningView> source,
+  // The request was checked. Reads the file in a process of its own, when it is the tenant's turn
+  // (FileReadings), and makes the prior on the planning pool; `done` is called exactly once. Errors
+  // are those of the contract.
+  void Set(const v1::SetSitePriorRequest& request, PriorSource source,
            std::function<void(absl::StatusOr<v1::SetSitePriorResponse>)> done);
-  // Compares it with the newest model on the planning pool. NOT_FOUND.
+  // Compares it with the newest model on the planning pool. NOT_FOUND; RESOURCE_EXHAUSTED
+  // (TOO_MANY_EVALUATIONS, MEMORY_SHORT).
   void Describe(std::function<void(absl::StatusOr<v1::GetSitePriorResponse>)> done);
   // NOT_FOUND.
   absl::Status Clear(const v1::ClearSitePriorRequest& request);
   // The blob that is held, if any.
   std::vector<std::string> Blobs() const;
+  // Ends what is being made or compared; nothing is begun any more.
+  void Stop() { stop_.request_stop(); }
 
  private:
-  absl::StatusOr<v1::SetSitePriorResponse> SetNow(const v1::SetSitePriorRequest& request,
-                                                  const model::PlanningView* source);
+  class Setting;
+  // Reads the file into `setting`.
+  absl::Status Read(Setting& setting, const std::function<bool()>& given_up);
+  absl::StatusOr<v1::SetSitePriorResponse> SetNow(Setting& setting);
+  // Why work was ended.
+  absl::Status Ended() const;
 
   SessionContext& context_;
   ModelMemory& model_;
   Preparation& preparation_;
+  std::stop_source stop_;
 };
 
 }  // namespace vantage::session

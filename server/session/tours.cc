@@ -20,6 +20,7 @@ constexpr absl::Duration kRetryTourAfter = absl::Seconds(5);
 
 // The same error with a reason that programs can tell.
 absl::Status WithReason(const absl::Status& status, bool draining) {
+  if (!contract::ReasonOf(status).empty()) return status;
   switch (status.code()) {
     case absl::StatusCode::kFailedPrecondition:
       return contract::ErrorWithReason(status.code(), "NOWHERE_TO_STAND", status.message());

@@ -11,6 +11,7 @@
 #include "server/contract/resource_names.h"
 #include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
+#include "server/session/file_allowance.h"
 #include "server/session/list_filter.h"
 #include "server/session/session_origin.h"
 
@@ -579,10 +580,8 @@ void Uploads::ResumeReading() {
 
 void Uploads::PostReading(const std::shared_ptr<Upload>& upload) {
   if (dependencies_.files == nullptr) return;  // the next server reads it
-  const std::string who =
-      context_.tenant().empty() ? absl::StrCat("/", context_.id()) : context_.tenant();
   dependencies_.files->Post(
-      who, context_.id(),
+      ReaderOf(context_), context_.id(),
       [this, upload, keep = context_.weak_from_this(),
        reading = std::make_shared<FileReading>(context_, reconciler_, intake_, upload)](
           const FileReadings::GivenUp& given_up) {

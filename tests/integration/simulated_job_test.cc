@@ -113,7 +113,8 @@ TEST(SimulatedJob, GoesByTheFloorPlanOfTheFlat) {
   const std::vector<JobRow> others = JobRowsOf(without.out);
   ASSERT_EQ(rows.size(), 5u) << with.out;
   ASSERT_EQ(others.size(), 5u) << without.out;
-  EXPECT_GE(rows[4].truth, others[4].truth - 3) << with.out << without.out;
+  // A scan ahead on the way: 46.7 % after four scans, and 36.0 %.
+  EXPECT_GT(rows[3].truth, others[3].truth + 3) << with.out << without.out;
   // Taken out, and set again by hand with a plan that contradicts its two points.
   EXPECT_EQ(Vantage(server, {"prior", "clear", "with"}).exit_code, 0);
   EXPECT_EQ(Vantage(server, {"prior", "show", "with"}).exit_code, 3);

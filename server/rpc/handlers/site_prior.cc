@@ -14,12 +14,12 @@ void SetSitePrior(const session::TenantSessions& sessions, const v1::SetSitePrio
   const auto session = FindSession(sessions, request.parent(), "parent");
   if (!session.ok()) return done(session.status());
   if (absl::Status valid = conversion::CheckRequest(request); !valid.ok()) return done(valid);
-  std::shared_ptr<const model::PlanningView> source;
+  session::PriorSource source;
   if (const std::string& other = request.site_prior().source_session(); !other.empty()) {
     const auto found = FindSession(sessions, other, "site_prior.source_session");
     if (!found.ok()) return done(found.status());
-    source = (*found)->model().Current().view;
-    if (source == nullptr) return done((*found)->model().WhyNone());
+    source = {(*found)->model().Current().view, (*found)->origin()};
+    if (source.view == nullptr) return done((*found)->model().WhyNone());
   }
   (*session)->site_priors().Set(request, std::move(source), std::move(done));
 }

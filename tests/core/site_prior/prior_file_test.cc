@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "core/site_prior/mesh_samples.h"
 #include "core/site_prior/prior_space.h"
 
 namespace vantage::site_prior {
@@ -81,6 +82,8 @@ model::PlanningView SpaceIn(const PriorMesh& mesh) {
 TEST(PriorFileTest, TellsFormatsByTheirContent) {
   EXPECT_EQ(*FindPriorFormat("ply\nformat ascii 1.0\n"), PriorFormat::kPly);
   EXPECT_EQ(*FindPriorFormat(BoxObj(4, 4, 3)), PriorFormat::kObj);
+  EXPECT_EQ(*FindPriorFormat("# SECTION A-A\n# 0\n" + BoxObj(4, 4, 3)), PriorFormat::kObj);
+  EXPECT_EQ(*FindPriorFormat("  0\r\nSECTION\r\n  2\r\nENTITIES\r\n"), PriorFormat::kDxf);
   EXPECT_EQ(*FindPriorFormat(Dxf(Rectangle(0, 0, 4, 4))), PriorFormat::kDxf);
   EXPECT_EQ(*FindPriorFormat(Png(200, 128, TwoRoomsPlan(200, 128))), PriorFormat::kPicture);
   EXPECT_THAT(FindPriorFormat("%PDF-1.7").status().message(), HasSubstr("DXF or PNG"));
@@ -110,6 +113,81 @@ TEST(PriorFileTest, SaysWhichUnitMakesABuilding) {
   EXPECT_THAT(ParsePrior(BoxObj(12, 9, 2.7), mm).status().message(),
               HasSubstr("0.012 m wide, less than a room"));
   EXPECT_THAT(ParsePrior(BoxObj(12, 9, 0.1), {}).status().message(), HasSubstr("y axis"));
+}
+
+TEST(PriorFileTest, RefusesWhatLiesFarFromItsOwnOrigin) {
+  const auto at = [](float x) {
+    PriorMesh mesh = *ParsePrior(BoxObj(12, 9, 2.7), {});
+    for (Eigen::Vector3f& vertex : mesh.vertices) vertex.x() += x;
+    return CheckPrior(mesh);
+  };
+  EXPECT_THAT(at(5.4e6F).message(), HasSubstr("lies 5400 km from its own origin"));
+  EXPECT_THAT(at(5.4e6F).message(), HasSubstr("move it there"));
+  EXPECT_FALSE(at(-10'001).ok());
+  EXPECT_TRUE(at(9'900).ok());
+  // Where it is placed counts, too.
+  PriorPose far;
+  far.translation.y() = 1e5;
+  const auto placed = SpaceOf(*ParsePrior(BoxObj(12, 9, 2.7), {}), far, 0.05);
+  EXPECT_EQ(placed.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(placed.status().message(), HasSubstr("100 km from the session's origin"));
+}
+
+// A few bytes of triangles without area, over which points would be spread for hours.
+TEST(PriorFileTest, RefusesSliversBeforeAnythingIsMadeOfThem) {
+  PriorMesh mesh = *ParsePrior(BoxObj(1500, 900, 2.7), {});
+  mesh.triangles.clear();
+  mesh.vertices.push_back({1499, 0, 0});
+  const auto last = static_cast<uint32_t>(mesh.vertices.size() - 1);
+  for (int i = 0; i < 100; ++i) mesh.triangles.push_back({0, 1, last});
+  mesh.triangles.push_back({0, 2, 6});
+  ASSERT_TRUE(CheckPrior(mesh).ok());
+  const auto space = SpaceOf(mesh, {}, 0.05);
+  EXPECT_EQ(space.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(space.status().message(), HasSubstr("simplify it"));
+}
+
+TEST(PriorFileTest, CountsSamplesFromAbove) {
+  PriorMesh mesh = *ParsePrior(BoxObj(12, 9, 2.7), {});
+  mesh.triangles.push_back({0, 0, 1});  // without area
+  PriorPose pose;
+  pose.scale = 1.5;
+  size_t samples = 0;
+  ForEachMeshSample(mesh, pose, 0.1, [&](const auto&, const auto&) { ++samples; });
+  const double most = MostMeshSamples(mesh, pose.scale, 0.1);
+  EXPECT_GE(most, static_cast<double>(samples));
+  EXPECT_LT(most, 1.2 * static_cast<double>(samples));
+}
+
+TEST(PriorFileTest, RefusesMoreSurfaceThanItHasMemoryFor) {
+  const PriorMesh mesh = *ParsePrior(BoxObj(120, 90, 2.7), {});
+  const auto space = SpaceOf(mesh, {}, 0.05);
+  EXPECT_EQ(space.status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(space.status().message(), HasSubstr("more than 10000 m2 of surface"));
+  const PriorMesh room = *ParsePrior(BoxObj(12, 9, 2.7), {});
+  EXPECT_LT(EstimateSpaceMemory(room, 1, 0.05), EstimateSpaceMemory(mesh, 1, 0.05) / 2);
+  EXPECT_GT(EstimateSpaceMemory(room, 1, 0.05), uint64_t{10} << 20);
+}
+
+// A tablet looked into one of two rooms from above, and left the ceiling out; eaves are no room.
+TEST(PriorFileTest, FindsARoomWithoutCeilingBesideALargerOneWithOne) {
+  PriorMesh mesh = *ParsePrior(BoxObj(9, 6, 2.7), {});
+  const auto add = [&](float x, float y, float width, float depth, float z) {
+    const auto first = static_cast<uint32_t>(mesh.vertices.size());
+    mesh.vertices.insert(
+        mesh.vertices.end(),
+        {{x, y, z}, {x + width, y, z}, {x + width, y + depth, z}, {x, y + depth, z}});
+    mesh.triangles.push_back({first, first + 1, first + 2});
+    mesh.triangles.push_back({first, first + 2, first + 3});
+  };
+  add(20, 0, 4, 4, 0);
+  add(0, -0.5F, 9, 0.48F, 2.7F);
+  const model::PlanningView space = SpaceIn(mesh);
+  EXPECT_TRUE(space.Empty(space.At({4, 3, 1})));
+  EXPECT_TRUE(space.Empty(space.At({22, 2, 1})));
+  EXPECT_TRUE(space.Empty(space.At({20.2, 2, 1})));
+  EXPECT_FALSE(space.Empty(space.At({22, 2, 2.7})));
+  EXPECT_FALSE(space.Empty(space.At({4, -0.25, 3.5})));
 }
 
 TEST(PriorFileTest, RefusesWhatIsEmptyOrDamaged) {
@@ -162,23 +240,22 @@ TEST(PriorFileTest, RefusesAnOpenPlan) {
 TEST(PriorFileTest, ReadsAPictureWithAScale) {
   PriorReading reading;
   reading.unit = 0.05;
-  reading.floor = -1.5;
-  reading.wall_height = 2.6;
+  reading.wall_height = 2.62;
   const auto mesh = ParsePrior(Png(200, 128, TwoRoomsPlan(200, 128)), reading);
   ASSERT_TRUE(mesh.ok()) << mesh.status();
   const model::PlanningView space = SpaceIn(*mesh);
   // y up: the picture's rows 14 to 114 lie between -5.7 and -0.7 m.
-  EXPECT_TRUE(space.Empty(space.At({2, -3, 0})));
-  EXPECT_TRUE(space.Empty(space.At({6, -3, 0})));
-  EXPECT_TRUE(space.Empty(space.At({4.7, -3, 0})));     // the door
-  EXPECT_FALSE(space.Empty(space.At({4.7, -1.5, 0})));  // the wall beside it
-  EXPECT_TRUE(space.Empty(space.At({2.02, -2.2, 0})));  // the letter is no wall
-  EXPECT_FALSE(space.Empty(space.At({0.2, -3, 0})));
-  const auto floor = space.Surface(space.At({2, -3, -1.5}));
+  EXPECT_TRUE(space.Empty(space.At({2, -3, 1.5})));
+  EXPECT_TRUE(space.Empty(space.At({6, -3, 1.5})));
+  EXPECT_TRUE(space.Empty(space.At({4.7, -3, 1.5})));     // the door
+  EXPECT_FALSE(space.Empty(space.At({4.7, -1.5, 1.5})));  // the wall beside it
+  EXPECT_TRUE(space.Empty(space.At({2.02, -2.2, 1.5})));  // the letter is no wall
+  EXPECT_FALSE(space.Empty(space.At({0.2, -3, 1.5})));
+  const auto floor = space.Surface(space.At({2, -3, 0}));
   ASSERT_TRUE(floor.has_value());
   EXPECT_GT(floor->normal.z(), 0.9F);
   EXPECT_EQ(floor->density, 0);
-  const auto ceiling = space.Surface(space.At({2, -3, 1.1}));
+  const auto ceiling = space.Surface(space.At({2, -3, 2.6}));
   ASSERT_TRUE(ceiling.has_value());
   EXPECT_LT(ceiling->normal.z(), -0.9F);
 }

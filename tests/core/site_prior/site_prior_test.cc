@@ -8,6 +8,7 @@
 #include <memory>
 #include <numbers>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,8 @@
 #include "core/simulation/simulated_scanner.h"
 #include "core/site_prior/mesh_samples.h"
 #include "core/site_prior/prior_space.h"
+#include "core/site_prior/refutation.h"
+#include "core/site_prior/walls.h"
 
 namespace vantage::site_prior {
 namespace {
@@ -201,15 +204,19 @@ TEST(SitePriorTest, MakesNothingRegister) {
     }
   }
   EXPECT_GT(more, 1000u);
-  // Behind the door the room is expected to its far end, which is farther than a room is without.
-  const auto far = [&](const planning::PlanningProblem& problem) {
-    double most = 0;
+  // Behind the door the room is expected as far as it goes, where without a prior some room is that
+  // reaches into walls.
+  const auto there = SpaceOf(MeshOf(rooms.scene()), {}, rooms.model().voxel_size());
+  ASSERT_TRUE(there.ok());
+  const auto in_walls = [&](const planning::PlanningProblem& problem) {
+    size_t count = 0;
     for (size_t i = 0; i < problem.feasible().cells().size(); ++i) {
-      most = std::max(most, (problem.feasible().Centre(i) - rooms.scene().starts[0]).norm());
+      count += there->Empty(there->At(problem.feasible().Centre(i))) ? 0 : 1;
     }
-    return most;
+    return count;
   };
-  EXPECT_GE(far(**with), far(**without) - 0.5);
+  EXPECT_EQ(in_walls(**with), 0u);
+  EXPECT_GT(in_walls(**without), 100u);
 }
 
 TEST(SitePriorTest, IsRefutedWhereAWallIsGone) {
@@ -271,11 +278,33 @@ TEST(SitePriorTest, SaysThatTheUnitIsWrongByTheTwoPoints) {
   EXPECT_THAT(metres.status().message(), HasSubstr("give the unit, mm"));
   const auto near = PlaceByPoints({{{{0, 0, 0}, {1, 1, 0}}, {{0.2, 0, 0}, {1.2, 1, 0}}}});
   EXPECT_THAT(near.status().message(), HasSubstr("far ends"));
+  // Near each other at one of both alone: within what points are off, and beyond it.
+  const auto at_site = PlaceByPoints({{{{0, 0, 0}, {1, 1, 0}}, {{1.6, 0, 0}, {1.8, 1, 0}}}});
+  EXPECT_THAT(at_site.status().message(), HasSubstr("0.80 m apart: take two"));
+  const auto in_prior = PlaceByPoints({{{{0, 0, 0}, {1, 1, 0}}, {{0.8, 0, 0}, {2.6, 1, 0}}}});
+  EXPECT_THAT(in_prior.status().message(), HasSubstr("0.80 m apart: take two"));
+  const auto contradict = PlaceByPoints({{{{0, 0, 0}, {1, 1, 0}}, {{0.8, 0, 0}, {9, 1, 0}}}});
+  EXPECT_THAT(contradict.status().message(), HasSubstr("in the prior and 8.00 m at the site"));
   const auto fine = PlaceByPoints({{{{0, 0, 0}, {1, 1, 0.5}}, {{5, 0, 0}, {1, 6, 0.5}}}});
   ASSERT_TRUE(fine.ok());
   EXPECT_NEAR(fine->yaw, std::numbers::pi / 2, 1e-9);
   EXPECT_LT((fine->ToModel({5, 0, 0}) - Eigen::Vector3d(1, 6, 0.5)).norm(), 1e-9);
   EXPECT_LT((fine->ToPrior(fine->ToModel({5, 2, 1})) - Eigen::Vector3d(5, 2, 1)).norm(), 1e-9);
+}
+
+TEST(SitePriorTest, IsGivenUpOnTheWay) {
+  ScannedScene rooms(simulation::TwoRooms(1));
+  std::stop_source stop;
+  stop.request_stop();
+  const parallel::Cancellation cancelled(stop.get_token());
+  const auto none = SitePrior::Create(MeshOf(rooms.scene()), {}, kDefaultAccuracy, cancelled);
+  EXPECT_EQ(none.status().code(), absl::StatusCode::kCancelled);
+  const auto space = SpaceOf(MeshOf(rooms.scene()), {}, 0.05);
+  ASSERT_TRUE(space.ok());
+  EXPECT_EQ(Refute(rooms.model(), *space, 0.1, cancelled).status().code(),
+            absl::StatusCode::kCancelled);
+  EXPECT_THAT(SitePrior::Create(MeshOf(rooms.scene()), {}, 0.31).status().message(),
+              HasSubstr("accuracy_m: in (0, 0.3]"));
 }
 
 TEST(SitePriorTest, HasNoRoomWhereItLiesOnItsSide) {
@@ -286,6 +315,81 @@ TEST(SitePriorTest, HasNoRoomWhereItLiesOnItsSide) {
   const auto standing = JudgeAt(rooms.model(), wall, {});
   EXPECT_EQ(standing.status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(standing.status().message(), HasSubstr("no room"));
+}
+
+// Half of the walls of a flat that is turned lie on those of another place in it, wherever it is
+// put; once a room was seen that is a verdict, and not something to wait for.
+TEST(SitePriorTest, IsNotAlignedWhereNoPlaceOfSeveralAgrees) {
+  ScannedScene flat(simulation::FurnishedFlat(3));
+  const PriorMesh turned = HalfTurned(MeshOf(flat.scene()));
+  bool decided = false;
+  for (const Eigen::Vector3d& start : flat.scene().starts) {
+    flat.ScanFrom(start);
+    const auto standing = JudgeAt(flat.model(), turned, Rough());
+    ASSERT_TRUE(standing.ok()) << standing.status();
+    EXPECT_FALSE(standing->used());
+    if (standing->alignment.wall_area < 25) continue;
+    decided = true;
+    EXPECT_EQ(standing->state, PriorState::kNotAligned) << standing->message;
+    EXPECT_THAT(standing->message, HasSubstr("place it anew, or give another one"));
+  }
+  EXPECT_TRUE(decided);
+}
+
+// A stated scale is that of heights, too: a prior of twice the size lies 1.5 m of the site off.
+TEST(SitePriorTest, IsSoughtInMetresOfTheSite) {
+  ScannedScene flat(simulation::FurnishedFlat(101));
+  flat.ScanFrom(flat.scene().starts[0]);
+  PriorPose placement = Rough();
+  placement.translation.z() = 1.5;
+  placement.scale = 0.5;
+  const auto standing = JudgeAt(flat.model(), MeshOf(flat.scene(), 2), placement);
+  ASSERT_TRUE(standing.ok()) << standing.status();
+  ASSERT_EQ(standing->state, PriorState::kAligned) << standing->message;
+  EXPECT_NEAR(standing->alignment.pose.scale, 0.5, 0.003);
+  EXPECT_LT(Off(standing->alignment.pose, 2, flat.scene().starts[0]), 0.06);
+}
+
+TEST(SitePriorTest, SaysThatItCannotBeHadInTheModelsVoxels) {
+  PriorMesh hall;
+  hall.vertices = {{0, 0, 0}, {32, 0, 0}, {32, 32, 0}, {0, 32, 0},
+                   {0, 0, 3}, {32, 0, 3}, {32, 32, 3}, {0, 32, 3}};
+  hall.triangles = {{0, 1, 2}, {0, 2, 3}, {4, 5, 6}, {4, 6, 7}};
+  const auto prior = SitePrior::Create(hall, {});
+  ASSERT_TRUE(prior.ok()) << prior.status();
+  EXPECT_TRUE(CheckUsable(**prior, 0.05).ok());
+  const absl::Status fine = CheckUsable(**prior, 0.02);
+  EXPECT_EQ(fine.code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(fine.message(), HasSubstr("in voxels of 0.02 m"));
+  const auto standing = Judge(model::PlanningView(0.02, 0, {}, {}), **prior);
+  ASSERT_TRUE(standing.ok()) << standing.status();
+  EXPECT_EQ(standing->state, PriorState::kUnusable);
+  EXPECT_FALSE(standing->used());
+  EXPECT_THAT(standing->message, HasSubstr("give the part that is to be scanned"));
+}
+
+TEST(SitePriorTest, BuildsNoMeshOfAModelThatIsTooLarge) {
+  ScannedScene rooms(simulation::TwoRooms(1));
+  rooms.ScanFrom(rooms.scene().starts[0]);
+  const auto mesh = MeshOfModel(rooms.model());
+  ASSERT_TRUE(mesh.ok()) << mesh.status();
+  EXPECT_TRUE(MeshOfModel(rooms.model(), mesh->triangles.size()).ok());
+  const absl::Status large = MeshOfModel(rooms.model(), mesh->triangles.size() - 2).status();
+  EXPECT_EQ(large.code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(large.message(), HasSubstr("voxels of surface, more than"));
+}
+
+TEST(SitePriorTest, KnowsTheFloorThatAPlaceLiesOver) {
+  std::vector<model::Station> stations(3);
+  stations[0].floor_height = 2.8;
+  stations[1].floor_height = 0;
+  stations[2].floor_height = 2.8;
+  const Floors floors(model::PlanningView(0.05, 1, {}, stations));
+  EXPECT_FALSE(floors.Under(-0.4).has_value());
+  EXPECT_EQ(floors.Under(-0.2), 0.0);
+  EXPECT_EQ(floors.Under(2.4), 0.0);
+  EXPECT_EQ(floors.Under(2.6), 2.8);
+  EXPECT_EQ(floors.Under(9), 2.8);
 }
 
 }  // namespace

@@ -26,6 +26,7 @@ namespace {
 using ::testing::ElementsAre;
 
 constexpr char kSession[] = "sessions/job";
+constexpr char kSitePrior[] = "sessions/job/sitePrior";
 
 std::string Named(absl::string_view kind, uint64_t number) {
   return absl::StrCat(kSession, "/", kind, "s/", kind, "-", number);
@@ -80,6 +81,8 @@ std::string Whole(const SessionState& state) {
   for (const std::string& name : state.station_order) {
     absl::StrAppend(&out, "\n", name, state.stations.at(name).SerializeAsString());
   }
+  absl::StrAppend(&out, "\n", state.site_prior.SerializeAsString(), state.site_prior_blob, " ",
+                  state.site_prior_set);
   for (const auto& [id, record] : state.requests) {
     absl::StrAppend(&out, "\n", id, record.method, record.fingerprint, record.resource, " ",
                     record.sequence);
@@ -339,6 +342,36 @@ TEST_F(LogCompactionTest, ADeletedPlanAndWhatAScannerWasBeforeGo) {
   EXPECT_EQ(Whole(*journal_), before);
 }
 
+TEST_F(LogCompactionTest, APriorThatWasReplacedOrTakenOutGoes) {
+  using Span = std::pair<uint64_t, uint64_t>;
+  const auto set = [&](const char* name) {
+    v1::SessionEvent event;
+    v1::SitePrior& prior = *event.mutable_site_prior_set()->mutable_site_prior();
+    prior.set_name(kSitePrior);
+    prior.set_display_name(name);
+    Do(event);
+  };
+  set("a");
+  set("b");
+  v1::SessionEvent cleared;
+  cleared.mutable_site_prior_cleared()->mutable_site_prior()->set_name(kSitePrior);
+  Do(cleared);  // 4
+  Do(ConfiguredSession("between"));
+  set("c");
+  set("d");  // 7
+  DoOthers();
+  const std::string before = Whole(*journal_);
+  ASSERT_TRUE(journal_->Compact().ok());
+  EXPECT_THAT(LeftOut(), ElementsAre(Span(2, 4), Span(6, 6)));
+  EXPECT_EQ(Whole(*journal_), before);
+  Reopen();
+  EXPECT_EQ(Whole(*journal_), before);
+  journal_->Read([](const SessionState& state) {
+    EXPECT_EQ(state.site_prior.display_name(), "d");
+    EXPECT_EQ(state.site_prior_set, 7U);
+  });
+}
+
 // Poses that were adjusted go with a later entry that says again where all of their scans are.
 TEST_F(LogCompactionTest, PosesThatWereAdjustedAgainGo) {
   using Span = std::pair<uint64_t, uint64_t>;
@@ -395,7 +428,7 @@ class RandomSteps {
 
   v1::SessionEvent Next(absl::Time now) {
     v1::SessionEvent event;
-    switch (Pick(18)) {
+    switch (Pick(20)) {
       case 0:
       case 1: {
         const std::string name = Named("upload", ++uploads_);
@@ -443,6 +476,16 @@ class RandomSteps {
         event.mutable_poses_adjusted()->set_model_version(++model_version_);
         return event;
       }
+      case 18: {
+        v1::SitePrior& prior = *event.mutable_site_prior_set()->mutable_site_prior();
+        prior.set_name(kSitePrior);
+        prior.set_display_name(absl::StrCat(Pick(1'000)));
+        return event;
+      }
+      case 19:
+        if (Pick(3) != 0) break;
+        event.mutable_site_prior_cleared()->mutable_site_prior()->set_name(kSitePrior);
+        return event;
       case 5: {
         v1::Rejection& rejection = *event.mutable_view_rejected()->mutable_rejection();
         rejection.set_name(Named("rejection", ++rejections_));

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <future>
 #include <memory>
 #include <string>
@@ -22,7 +23,9 @@
 #include "core/simulation/simulated_scanner.h"
 #include "server/contract/error.h"
 #include "server/conversion/to_proto.h"
+#include "server/session/archive_reader.h"
 #include "server/session/export.h"
+#include "server/session/site_prior_use.h"
 #include "server/store/memory_store.h"
 #include "tests/server/fixture/script.h"
 #include "tests/server/fixture/session_host.h"
@@ -46,33 +49,72 @@ std::string ObjOf(const simulation::Scene& scene, double unit) {
   return obj;
 }
 
+// A box of walls, floor and ceiling.
+std::string BoxObj(double x, double y, double z) {
+  std::string obj;
+  for (int i = 0; i < 8; ++i) {
+    absl::StrAppend(&obj,
+                    absl::StrFormat("v %g %g %g\n", (i & 1) * x, (i >> 1 & 1) * y, (i >> 2) * z));
+  }
+  return obj +
+         "f 1 2 4\nf 1 4 3\nf 5 6 8\nf 5 8 7\nf 1 2 6\nf 1 6 5\nf 3 4 8\nf 3 8 7\n"
+         "f 1 3 7\nf 1 7 5\nf 2 4 8\nf 2 8 6\n";
+}
+
 v1::Vector3 Vector(const Eigen::Vector3d& p) { return conversion::WriteVector(p); }
+
+// Whose blobs cannot be read for a while, and that counts how often they are.
+class UnsteadyStore : public store::MemoryStore {
+ public:
+  UnsteadyStore() : MemoryStore(size_t{256} << 20) {}
+  absl::StatusOr<std::string> GetBlob(const std::string& sha256) const override {
+    ++read;
+    if (fails) return absl::UnavailableError("the disk does not answer");
+    return MemoryStore::GetBlob(sha256);
+  }
+  std::atomic<bool> fails{false};
+  mutable std::atomic<int> read{0};
+};
 
 class SitePriorsTest : public testing::Test {
  protected:
-  // Two points that are a little off, in a file of that unit.
-  v1::SetSitePriorRequest Request(double unit = 1) const {
+  static void AddPoint(v1::SitePrior& prior, const Eigen::Vector3d& in_prior,
+                       const Eigen::Vector3d& at_site) {
+    v1::SitePriorPoint& point = *prior.add_points();
+    *point.mutable_prior() = Vector(in_prior);
+    *point.mutable_site() = Vector(at_site);
+  }
+  // A file that lies where its own origin is.
+  static v1::SetSitePriorRequest Of(const std::string& file) {
     v1::SetSitePriorRequest request;
     request.set_parent("sessions/job");
-    const std::string obj = ObjOf(scene_, unit);
-    request.set_file(bytes::ZstdCompress(obj));
+    request.set_file(bytes::ZstdCompress(file));
     request.set_compression(v1::COMPRESSION_ZSTD);
-    request.set_uncompressed_size_bytes(static_cast<int64_t>(obj.size()));
+    request.set_uncompressed_size_bytes(static_cast<int64_t>(file.size()));
+    AddPoint(*request.mutable_site_prior(), {0, 0, 0}, {0, 0, 0});
+    AddPoint(*request.mutable_site_prior(), {3, 2, 0}, {3, 2, 0});
+    return request;
+  }
+  // The scene, by two points that are a little off, in a file of that unit. `moved`: m, of the
+  // world.
+  v1::SetSitePriorRequest Request(double unit = 1,
+                                  const Eigen::Vector3d& moved = Eigen::Vector3d::Zero()) const {
+    v1::SetSitePriorRequest request = Of(ObjOf(scene_, unit));
     v1::SitePrior& prior = *request.mutable_site_prior();
     prior.set_display_name("tablet.obj");
     prior.set_unit_m(unit);
+    prior.clear_points();
     for (const Eigen::Vector3d& p : {Eigen::Vector3d(0.5, 0.5, 0), Eigen::Vector3d(5, 2, 0)}) {
-      v1::SitePriorPoint& point = *prior.add_points();
-      *point.mutable_prior() = Vector(p / unit);
-      *point.mutable_site() = Vector(p - scene_.starts[0] + Eigen::Vector3d(0.3, -0.2, 0));
+      AddPoint(prior, p / unit, p - scene_.starts[0] + Eigen::Vector3d(0.3, -0.2, 0) + moved);
     }
     request.set_request_id("once");
     return request;
   }
   static absl::StatusOr<v1::SetSitePriorResponse> Set(Session& session,
-                                                      const v1::SetSitePriorRequest& request) {
+                                                      const v1::SetSitePriorRequest& request,
+                                                      PriorSource source = {}) {
     std::promise<absl::StatusOr<v1::SetSitePriorResponse>> answer;
-    session.site_priors().Set(request, nullptr,
+    session.site_priors().Set(request, std::move(source),
                               [&](auto response) { answer.set_value(std::move(response)); });
     return answer.get_future().get();
   }
@@ -86,32 +128,35 @@ class SitePriorsTest : public testing::Test {
     session.journal().Read([&](const SessionState& state) { blob = state.site_prior_blob; });
     return blob;
   }
-  absl::Status Clear(Session& session) const {
+  static absl::Status Clear(Session& session) {
     v1::ClearSitePriorRequest request;
     request.set_parent("sessions/job");
     return session.site_priors().Clear(request);
   }
-  void Scan(Session& session, size_t start) {
+  // From the scene's first start, which lies at `world`.
+  void Scan(Session& session, const Eigen::Vector3d& world = Eigen::Vector3d::Zero()) {
     sensor::ScannerModel scanner;
-    scanner.azimuth_step = scanner.elevation_step = sensor::Radians(0.5);
+    scanner.azimuth_step = scanner.elevation_step = sensor::Radians(1.0);
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-    pose.translation() = scene_.starts[start];
+    pose.translation() = scene_.starts[0];
     sensor::Scan scan;
     scan.scanner = scanner;
     scan.image = simulation::SimulatedScanner(scene_.mesh)
                      .Scan(scanner, pose, simulation::ScanFaults{}, 1, pool_);
-    const auto sent = fixture::SendScan(session, sensor::EncodeRangeImage(scan.image));
+    const v1::PosePrior at = fixture::PriorAt(world.x(), world.y(), world.z());
+    const auto sent = fixture::SendScan(session, sensor::EncodeRangeImage(scan.image),
+                                        world.isZero() ? nullptr : &at);
     ASSERT_TRUE(sent.ok()) << sent.status();
     session.WaitUntilIdle();
   }
   // The plan when it has ended.
   static v1::Plan Plan(Session& session) {
     v1::CreatePlanRequest request;
-    request.mutable_plan()->set_work_limit_rays(3'000'000);
+    request.mutable_plan()->set_work_limit_rays(300'000);
     const auto created = session.plans().Create(request);
     EXPECT_TRUE(created.ok()) << created.status();
     if (!created.ok()) return {};
-    for (int i = 0; i < 3000; ++i) {
+    for (int i = 0; i < 6000; ++i) {
       const auto plan = session.plans().Get(created->name());
       if (plan.ok() && plan->state() != v1::PLAN_STATE_QUEUED &&
           plan->state() != v1::PLAN_STATE_RUNNING) {
@@ -122,36 +167,132 @@ class SitePriorsTest : public testing::Test {
     ADD_FAILURE() << "the plan does not end";
     return {};
   }
+  static std::string Archive(const std::shared_ptr<Session>& session) {
+    v1::ExportModelRequest request;
+    request.set_format(v1::EXPORT_FORMAT_ARCHIVE);
+    const auto source = Export::Create(session, request).value();
+    std::string archive;
+    while (true) {
+      const std::string part = source->Next().value();
+      if (part.empty()) return archive;
+      archive += part;
+    }
+  }
+  static absl::StatusOr<v1::ImportSessionResponse> Import(SessionRegistry& registry,
+                                                          const std::string& archive) {
+    v1::ImportSessionRequest request;
+    request.set_request_id("import");
+    request.set_session_id("copy");
+    request.set_data(archive);
+    request.set_crc32c(bytes::Crc32c(archive));
+    return registry.Import(request, "");
+  }
 
   const simulation::Scene scene_ = simulation::TwoRooms(1);
   parallel::ThreadPool pool_{2};
-  store::MemoryStore store_{256 << 20};
+  UnsteadyStore store_;
   fixture::SessionHost host_{store_, Algorithms::Core()};
   std::shared_ptr<Session> session_ = fixture::OpenSession(host_.registry, "job");
 };
 
+// Each with a canonical code, the field and the cure; and nothing of them stays.
 TEST_F(SitePriorsTest, SaysWhatIsWrongWithAFileAndGoesOnWithoutIt) {
-  const auto millimetres = [&] {
-    v1::SetSitePriorRequest request = Request(0.001);
-    request.mutable_site_prior()->clear_unit_m();
-    return Set(*session_, request);
-  }();
-  EXPECT_EQ(millimetres.status().code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_THAT(millimetres.status().message(), HasSubstr("give the unit, mm"));
+  const auto refused = [&](const v1::SetSitePriorRequest& request, absl::StatusCode code,
+                           const char* field, const char* cure) {
+    const absl::Status status = Set(*session_, request).status();
+    EXPECT_EQ(status.code(), code) << status;
+    EXPECT_THAT(status.ToString(), testing::AllOf(HasSubstr(field), HasSubstr(cure)));
+    EXPECT_EQ(BlobOf(*session_), "");
+  };
+  constexpr auto kInvalid = absl::StatusCode::kInvalidArgument;
+
+  v1::SetSitePriorRequest millimetres = Request(0.001);
+  millimetres.mutable_site_prior()->clear_unit_m();
+  refused(millimetres, kInvalid, "file", "give the unit, mm");
 
   v1::SetSitePriorRequest apart = Request();
   apart.mutable_site_prior()->mutable_points(1)->mutable_prior()->set_x(40);
-  const auto contradicts = Set(*session_, apart);
-  EXPECT_EQ(contradicts.status().code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_THAT(contradicts.status().message(), HasSubstr("m apart in the prior and"));
+  refused(apart, kInvalid, "site_prior.points", "take the points again, or the scale");
+  v1::SetSitePriorRequest scaled = Request();
+  scaled.mutable_site_prior()->set_scale(3);
+  refused(scaled, kInvalid, "site_prior.points", "the scale of the prior is wrong");
+  v1::SetSitePriorRequest grid = Request(1, {691'412, 5'335'120, 0});
+  refused(grid, kInvalid, "site_prior.points", "in a national grid, state session.origin");
 
-  v1::SetSitePriorRequest empty = Request();
-  empty.set_compression(v1::COMPRESSION_NONE);
-  empty.set_file("v 0 0 0\nv 1 0 0\nv 0 1 0\n");
-  EXPECT_EQ(Set(*session_, empty).status().code(), absl::StatusCode::kInvalidArgument);
+  refused(Of("v 0 0 0\nv 1 0 0\nv 0 1 0\n"), kInvalid, "file", "");
+  refused(Of(" "), kInvalid, "file", "PLY or OBJ");
+  refused(Of("  0\nSECTION\n  2\nENTITIES\n  0\nENDSEC\n  0\nEOF\n"), kInvalid, "file",
+          "the plan is empty");
+  std::string open = "0\nSECTION\n2\nENTITIES\n";
+  for (const char* line : {"10\n0\n20\n0\n11\n6\n21\n0\n", "10\n0\n20\n0\n11\n0\n21\n5\n"}) {
+    absl::StrAppend(&open, "0\nLINE\n8\n0\n", line);
+  }
+  refused(Of(open + "0\nENDSEC\n0\nEOF\n"), kInvalid, "file", "close gaps of the outer walls");
+  refused(Of("v 0 0 0\nv 4 0 0\nv 4 0 3\nv 0 0 3\nf 1 2 3\nf 1 3 4\n"), kInvalid, "file",
+          "is its floor there?");
+
+  refused(Of(BoxObj(5000, 4000, 3)), kInvalid, "file", "is 5000 m wide: give the unit");
+  std::string sliver = BoxObj(1500, 4, 3);
+  for (int i = 0; i < 400; ++i) absl::StrAppend(&sliver, "f 1 8 ", i % 2 == 0 ? 2 : 3, "\n");
+  refused(Of(sliver), kInvalid, "file", "without long slivers");
 
   EXPECT_EQ(Get(*session_).status().code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(Clear(*session_).code(), absl::StatusCode::kNotFound);
+  EXPECT_TRUE(Set(*session_, Of(BoxObj(4, 3, 2.6))).ok()) << "the session goes on";
+}
+
+TEST_F(SitePriorsTest, TakesAScaleFromPointsThatAreFarApart) {
+  std::string picture = "\x89PNG\r\n\x1a\n";
+  v1::SetSitePriorRequest request = Of(picture);
+  request.mutable_site_prior()->clear_points();
+  AddPoint(*request.mutable_site_prior(), {10, 10, 0}, {0, 0, 0});
+  AddPoint(*request.mutable_site_prior(), {210, 10, 0}, {4, 0, 0});
+  const absl::Status near = Set(*session_, request).status();
+  EXPECT_EQ(near.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(near.ToString(), testing::AllOf(HasSubstr("site_prior.unit_m"),
+                                              HasSubstr("these are 4.0 m and 200 pixels")));
+  request.mutable_site_prior()->mutable_points(1)->mutable_site()->set_x(6);
+  // Then the file is looked at.
+  EXPECT_THAT(Set(*session_, request).status().ToString(), HasSubstr("picture"));
+}
+
+TEST_F(SitePriorsTest, SaysWhatIsTooLargeForTheModelsVoxels) {
+  const absl::Status huge = Set(*session_, Of(BoxObj(120, 90, 3))).status();
+  EXPECT_EQ(huge.code(), absl::StatusCode::kResourceExhausted) << huge;
+  EXPECT_EQ(contract::ReasonOf(huge), "FILE_TOO_LARGE");
+  EXPECT_THAT(huge.message(), testing::AllOf(HasSubstr("file: the prior has more than 10000 m2"),
+                                             HasSubstr("give the part that is to be scanned")));
+  v1::Session described;
+  described.mutable_model_config()->set_voxel_size_m(0.02);
+  v1::CreateSessionRequest create;
+  *create.mutable_session() = described;
+  create.set_session_id("fine");
+  const auto fine = host_.registry.Create(create, "");
+  ASSERT_TRUE(fine.ok()) << fine.status();
+  const absl::Status status = Set(**fine, Of(BoxObj(32, 32, 3))).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(contract::ReasonOf(status), "FILE_TOO_LARGE");
+  EXPECT_THAT(status.message(), testing::AllOf(HasSubstr("in voxels of 0.02 m"),
+                                               HasSubstr("voxel_size_m is larger")));
+}
+
+// Another place than what was scanned: the scans contradict it, wherever it is moved to.
+TEST_F(SitePriorsTest, IsNotUsedWhereTheScansContradictIt) {
+  Scan(*session_);
+  ASSERT_EQ(session_->Describe().scan_counts().merged_count(), 1);
+  // The scanner would stand in a wall of a hall.
+  v1::SetSitePriorRequest hall = Of(BoxObj(12, 9, 4));
+  hall.mutable_site_prior()->clear_points();
+  AddPoint(*hall.mutable_site_prior(), {0, 0, 0}, {0, 0, -1.5});
+  AddPoint(*hall.mutable_site_prior(), {12, 0, 0}, {12, 0, -1.5});
+  ASSERT_TRUE(Set(*session_, hall).ok());
+  const auto standing = Get(*session_);
+  ASSERT_TRUE(standing.ok()) << standing.status();
+  EXPECT_EQ(standing->standing().state(), v1::SITE_PRIOR_STATE_NOT_ALIGNED);
+  EXPECT_THAT(standing->standing().message(),
+              testing::AllOf(HasSubstr("the prior is not used"), HasSubstr("place it anew")));
+  const v1::Plan plan = Plan(*session_);
+  EXPECT_EQ(plan.state(), v1::PLAN_STATE_SUCCEEDED) << plan.state_message();
 }
 
 TEST_F(SitePriorsTest, PlansBeforeTheFirstScanAndIsAlignedByIt) {
@@ -177,7 +318,7 @@ TEST_F(SitePriorsTest, PlansBeforeTheFirstScanAndIsAlignedByIt) {
   ASSERT_GT(first.result().views_size(), 0) << first.result().message();
   EXPECT_TRUE(first.result().views(0).expected_station().by_site_prior());
 
-  Scan(*session_, 0);
+  Scan(*session_);
   standing = Get(*session_);
   ASSERT_TRUE(standing.ok()) << standing.status();
   EXPECT_EQ(standing->standing().state(), v1::SITE_PRIOR_STATE_ALIGNED)
@@ -192,8 +333,10 @@ TEST_F(SitePriorsTest, PlansBeforeTheFirstScanAndIsAlignedByIt) {
 }
 
 TEST_F(SitePriorsTest, IsThereAfterARestartAndInAnArchiveAndGoneWhenItIsTakenOut) {
-  ASSERT_TRUE(Set(*session_, Request()).ok());
-  v1::SetSitePriorRequest second = Request();
+  v1::SetSitePriorRequest first = Of(BoxObj(4, 3, 2.6));
+  first.set_request_id("once");
+  ASSERT_TRUE(Set(*session_, first).ok());
+  v1::SetSitePriorRequest second = Of(BoxObj(5, 3, 2.6));
   second.set_request_id("twice");
   second.mutable_site_prior()->set_display_name("again.obj");
   ASSERT_TRUE(Set(*session_, second).ok());
@@ -205,19 +348,9 @@ TEST_F(SitePriorsTest, IsThereAfterARestartAndInAnArchiveAndGoneWhenItIsTakenOut
     EXPECT_EQ(there->site_prior().display_name(), "again.obj");
     EXPECT_EQ(there->standing().state(), v1::SITE_PRIOR_STATE_PLACED);
   }
-  v1::ExportModelRequest request;
-  request.set_format(v1::EXPORT_FORMAT_ARCHIVE);
-  const auto source = Export::Create(session_, request).value();
-  v1::ImportSessionRequest import;
-  for (std::string part = source->Next().value(); !part.empty(); part = source->Next().value()) {
-    import.mutable_data()->append(part);
-  }
-  import.set_request_id("import");
-  import.set_session_id("copy");
-  import.set_crc32c(bytes::Crc32c(import.data()));
   store::MemoryStore elsewhere(256 << 20);
   fixture::SessionHost other(elsewhere, Algorithms::Core());
-  const auto imported = other.registry.Import(import, "");
+  const auto imported = Import(other.registry, Archive(session_));
   ASSERT_TRUE(imported.ok()) << imported.status();
   const auto there = Get(*fixture::LoadSession(other.registry, "copy"));
   ASSERT_TRUE(there.ok()) << there.status();
@@ -228,6 +361,265 @@ TEST_F(SitePriorsTest, IsThereAfterARestartAndInAnArchiveAndGoneWhenItIsTakenOut
   ASSERT_TRUE(Clear(*session_).ok());
   EXPECT_EQ(BlobOf(*session_), "");
   EXPECT_FALSE(store_.GetBlob(blob).ok());
+}
+
+TEST_F(SitePriorsTest, RefusesArchivesWithPriorsThatNoServerWouldHaveLogged) {
+  ASSERT_TRUE(Set(*session_, Of(BoxObj(4, 3, 2.6))).ok());
+  std::vector<storage::v1::ArchiveRecord> records;
+  ArchiveReader reader;
+  reader.Add(Archive(session_));
+  while (const auto record = reader.Next().value()) records.push_back(*record);
+  store::MemoryStore elsewhere(256 << 20);
+  fixture::SessionHost other(elsewhere, Algorithms::Core());
+  const auto import = [&](auto&& change) {
+    std::string archive;
+    for (storage::v1::ArchiveRecord record : records) {
+      change(record);
+      if (record.has_end()) record.mutable_end()->set_sha256(bytes::Sha256::Of(archive));
+      archive += WriteArchiveRecord(record);
+    }
+    return Import(other.registry, archive).status();
+  };
+  const auto with = [&](auto&& change) {
+    return import([&](storage::v1::ArchiveRecord& record) {
+      if (!record.entry().event().has_site_prior_set()) return;
+      change(
+          *record.mutable_entry()->mutable_event()->mutable_site_prior_set()->mutable_site_prior());
+    });
+  };
+  const auto expect = [](const absl::Status& status, const char* field) {
+    EXPECT_EQ(contract::ReasonOf(status), "ARCHIVE_DAMAGED") << status;
+    EXPECT_THAT(status.message(), HasSubstr(field));
+  };
+  expect(with([](v1::SitePrior& prior) { prior.clear_name(); }), "site_prior.name");
+  expect(with([](v1::SitePrior& prior) { prior.set_accuracy_m(0.9); }), "site_prior.accuracy_m");
+  expect(with([](v1::SitePrior& prior) { prior.set_unit_m(0); }), "site_prior.unit_m");
+  expect(with([](v1::SitePrior& prior) { prior.set_triangle_count(-1); }),
+         "site_prior.triangle_count");
+  expect(import([](storage::v1::ArchiveRecord& record) {
+           if (record.entry().event().has_site_prior_set()) record.mutable_entry()->clear_blob();
+         }),
+         "");
+  const auto sized = [&](int64_t size) {
+    return import([&](storage::v1::ArchiveRecord& record) {
+      if (record.has_blob()) record.mutable_blob()->set_size_bytes(size);
+    });
+  };
+  expect(sized(kMostPriorBlob + 1), "larger than one may be");
+  expect(sized(kMostPriorBlob), "missing");  // beyond what plans may be
+  EXPECT_TRUE(import([](storage::v1::ArchiveRecord&) {}).ok());
+}
+
+// The model's origin is moved to the first scan, in coordinates of a grid.
+TEST_F(SitePriorsTest, LiesWhereItWasPlacedWhenTheOriginMoves) {
+  const Eigen::Vector3d grid(3000, 2000, 0);
+  ASSERT_TRUE(Set(*session_, Request(1, grid)).ok());
+  auto standing = Get(*session_);
+  ASSERT_TRUE(standing.ok()) << standing.status();
+  EXPECT_EQ(standing->standing().state(), v1::SITE_PRIOR_STATE_PLACED);
+  const double x = standing->standing().pose().translation().x();
+  EXPECT_NEAR(x, 3000.3 - scene_.starts[0].x(), 0.01);
+  Scan(*session_, grid);
+  ASSERT_EQ(session_->Describe().scan_counts().merged_count(), 1);
+  ASSERT_EQ(session_->Describe().origin().x(), 3000);
+  standing = Get(*session_);
+  ASSERT_TRUE(standing.ok()) << standing.status();
+  EXPECT_EQ(standing->standing().state(), v1::SITE_PRIOR_STATE_ALIGNED)
+      << standing->standing().message();
+  EXPECT_NEAR(standing->standing().pose().translation().x(), 3000 - scene_.starts[0].x(), 0.1);
+}
+
+// Another session's model, whose points are in that session's world.
+TEST_F(SitePriorsTest, IsAnotherSessionsModelWhereverThatLies) {
+  const Eigen::Vector3d grid(3000, 2000, 0);
+  const auto source = fixture::OpenSession(host_.registry, "source");
+  Scan(*source, grid);
+  ASSERT_EQ(source->origin().x(), 3000);
+  v1::SetSitePriorRequest request;
+  request.set_parent("sessions/job");
+  v1::SitePrior& prior = *request.mutable_site_prior();
+  prior.set_source_session("sessions/source");
+  AddPoint(prior, grid, {0.2, 0, 0});
+  AddPoint(prior, grid + Eigen::Vector3d(5, 1, 0), {5.2, 1, 0});
+  // What only a server says.
+  prior.set_file_size_bytes(77);
+  prior.set_name("sessions/other/sitePrior");
+  const PriorSource model{source->model().Current().view, source->origin()};
+  const auto set = Set(*session_, request, model);
+  ASSERT_TRUE(set.ok()) << set.status();
+  EXPECT_EQ(set->site_prior().format(), v1::SITE_PRIOR_FORMAT_SESSION);
+  EXPECT_EQ(set->site_prior().source_origin().x(), 3000);
+  EXPECT_EQ(set->site_prior().name(), "sessions/job/sitePrior");
+  EXPECT_EQ(set->site_prior().file_size_bytes(), 0);
+  auto standing = Get(*session_);
+  ASSERT_TRUE(standing.ok()) << standing.status();
+  EXPECT_NEAR(standing->standing().pose().translation().x(), -2999.8, 0.01);
+  Scan(*session_);
+  standing = Get(*session_);
+  ASSERT_TRUE(standing.ok()) << standing.status();
+  EXPECT_EQ(standing->standing().state(), v1::SITE_PRIOR_STATE_ALIGNED)
+      << standing->standing().message();
+
+  // The same twice at a time holds its triangles once.
+  request.set_request_id("at a time");
+  std::promise<absl::Status> first;
+  std::promise<absl::Status> second;
+  session_->site_priors().Set(request, model, [&](auto r) { first.set_value(r.status()); });
+  session_->site_priors().Set(request, model, [&](auto r) { second.set_value(r.status()); });
+  EXPECT_TRUE(first.get_future().get().ok());
+  EXPECT_TRUE(second.get_future().get().ok());
+  const std::string blob = BlobOf(*session_);
+  ASSERT_TRUE(Clear(*session_).ok());
+  EXPECT_EQ(store_.GetBlob(blob).status().code(), absl::StatusCode::kNotFound);
+}
+
+TEST_F(SitePriorsTest, TellsWhatPassesFromWhatLasts) {
+  ASSERT_TRUE(Set(*session_, Of(BoxObj(4, 3, 2.6))).ok());
+  store_.fails = true;
+  EXPECT_EQ(Get(*session_).status().code(), absl::StatusCode::kUnavailable);
+  const v1::Plan none = Plan(*session_);
+  EXPECT_EQ(none.state(), v1::PLAN_STATE_FAILED);
+  EXPECT_THAT(none.state_message(), HasSubstr("the disk does not answer"));
+  store_.fails = false;
+  const v1::Plan plan = Plan(*session_);
+  EXPECT_EQ(plan.state(), v1::PLAN_STATE_SUCCEEDED) << plan.state_message();
+  EXPECT_GT(plan.result().views_size(), 0);
+  EXPECT_EQ(Get(*session_)->standing().state(), v1::SITE_PRIOR_STATE_PLACED);
+
+  session_->model().site_prior().Forget();
+  ASSERT_TRUE(store_.ReleaseBlob(BlobOf(*session_)).ok());
+  const auto lost = Get(*session_);
+  ASSERT_TRUE(lost.ok()) << lost.status();
+  EXPECT_EQ(lost->standing().state(), v1::SITE_PRIOR_STATE_UNUSABLE);
+  EXPECT_THAT(lost->standing().message(), HasSubstr("set it again"));
+}
+
+// One is made, for which others wait.
+TEST_F(SitePriorsTest, IsMadeOnceForAllWhoAsk) {
+  ASSERT_TRUE(Set(*session_, Request()).ok());
+  store_.read = 0;
+  std::vector<std::promise<absl::Status>> answers(2);
+  for (std::promise<absl::Status>& answer : answers) {
+    session_->site_priors().Describe([&](auto response) { answer.set_value(response.status()); });
+  }
+  for (std::promise<absl::Status>& answer : answers) {
+    EXPECT_TRUE(answer.get_future().get().ok());
+  }
+  EXPECT_EQ(store_.read, 1);
+}
+
+TEST_F(SitePriorsTest, CanBeTakenOutWithoutAName) {
+  const auto blob = store_.PutBlob("triangles");
+  ASSERT_TRUE(blob.ok());
+  ASSERT_TRUE(session_->journal()
+                  .Execute({},
+                           [&](const SessionState&) -> absl::StatusOr<Draft> {
+                             Draft draft;
+                             draft.event.mutable_site_prior_set()->mutable_site_prior();
+                             draft.blob = *blob;
+                             return draft;
+                           })
+                  .ok());
+  EXPECT_TRUE(Clear(*session_).ok());
+  EXPECT_EQ(BlobOf(*session_), "");
+}
+
+TEST_F(SitePriorsTest, EndsWithTheServer) {
+  ASSERT_TRUE(Set(*session_, Of(BoxObj(4, 3, 2.6))).ok());
+  session_->site_priors().Stop();
+  for (const absl::Status& status :
+       {Set(*session_, Of(BoxObj(5, 3, 2.6))).status(), Get(*session_).status()}) {
+    EXPECT_EQ(status.code(), absl::StatusCode::kUnavailable) << status;
+    EXPECT_EQ(contract::ReasonOf(status), "DRAINING");
+  }
+}
+
+TEST_F(SitePriorsTest, TakesItsTurnAndNoMoreThanIsAllowed) {
+  store::MemoryStore store(256 << 20);
+  contract::Limits limits;
+  limits.evaluations = 0;
+  {
+    fixture::SessionHost host(store, Algorithms::Core(), limits);
+    const auto session = fixture::OpenSession(host.registry, "none");
+    EXPECT_EQ(contract::ReasonOf(Set(*session, Of(BoxObj(4, 3, 2.6))).status()),
+              "TOO_MANY_EVALUATIONS");
+  }
+  limits = {};
+  limits.file_seconds = 0.01;
+  std::string large = BoxObj(4, 3, 2.6);
+  for (int i = 0; i < 200'000; ++i) absl::StrAppend(&large, "f 1 2 4\n");
+  {
+    fixture::SessionHost host(store, Algorithms::Core(), limits);
+    const auto session = fixture::OpenSession(host.registry, "slow");
+    // It ends while its reader starts, or soon after.
+    EXPECT_THAT(Set(*session, Of(large)).status().message(), HasSubstr("--file-seconds"));
+  }
+  // With the files of scans.
+  telemetry::Log log = telemetry::Log::Silent();
+  execution::Timer timer;
+  execution::PlanningPool pool(2, 8);
+  SessionDependencies dependencies{store,
+                                   pool,
+                                   timer,
+                                   log,
+                                   {},
+                                   Algorithms::Core(),
+                                   fixture::FixtureTime,
+                                   nullptr,
+                                   nullptr,
+                                   fixture::SeenBy(fixture::FixtureTime)};
+  dependencies.files = std::make_shared<FileReadings>(1);
+  {
+    SessionRegistry registry(dependencies);
+    const auto session = fixture::OpenSession(registry, "turn");
+    dependencies.files->Stop();
+    EXPECT_EQ(contract::ReasonOf(Set(*session, Of(BoxObj(4, 3, 2.6))).status()), "DRAINING");
+  }
+  timer.Stop();
+}
+
+TEST_F(SitePriorsTest, StaysWithinTheServersMemory) {
+  store::MemoryStore store(256 << 20);
+  telemetry::Log log = telemetry::Log::Silent();
+  execution::Timer timer;
+  execution::PlanningPool pool(2, 8);
+  MemoryAccount memory(int64_t{2} << 30);
+  {
+    SessionRegistry registry({store,
+                              pool,
+                              timer,
+                              log,
+                              {},
+                              Algorithms::Core(),
+                              fixture::FixtureTime,
+                              nullptr,
+                              &memory,
+                              fixture::SeenBy(fixture::FixtureTime)});
+    const auto session = fixture::OpenSession(registry, "job");
+    auto others = memory.Take("", (int64_t{2} << 30) - (int64_t{100} << 20));
+    ASSERT_TRUE(others.has_value());
+    EXPECT_EQ(contract::ReasonOf(Set(*session, Of(BoxObj(12, 9, 3))).status()), "MEMORY_SHORT");
+    // What its reader takes counts, too: of a picture more than is left.
+    others->Set((int64_t{2} << 30) - (int64_t{300} << 20));
+    v1::SetSitePriorRequest picture = Of("\x89PNG\r\n\x1a\n");
+    picture.mutable_site_prior()->set_unit_m(0.05);
+    EXPECT_EQ(contract::ReasonOf(Set(*session, picture).status()), "MEMORY_SHORT");
+    others->Set(int64_t{100} << 20);
+    ASSERT_TRUE(Set(*session, Of(BoxObj(12, 9, 3))).ok());
+    EXPECT_EQ(memory.used(), int64_t{100} << 20) << "what it took is given back";
+    others->Set((int64_t{2} << 30) - (int64_t{20} << 20));
+    EXPECT_EQ(contract::ReasonOf(Get(*session).status()), "MEMORY_SHORT");
+    others->Release();
+    ASSERT_TRUE(Get(*session).ok());
+    const int64_t held = memory.used();
+    EXPECT_GT(held, int64_t{1} << 20);
+    EXPECT_EQ(session->model().site_prior().Forget(), held);
+    EXPECT_EQ(memory.used(), 0);
+    ASSERT_TRUE(Get(*session).ok());
+    ASSERT_TRUE(Clear(*session).ok());
+    EXPECT_EQ(memory.used(), 0);
+  }
+  timer.Stop();
 }
 
 }  // namespace
