@@ -6,6 +6,7 @@ import type { NarrowWay, OpenDoor, RankedView } from "../gen/vantage/v1/plan_pb"
 import { RegistrationOutcome } from "../gen/vantage/v1/registration_pb";
 import { SiteChangeKind, type Scan, type SiteChange } from "../gen/vantage/v1/scan_pb";
 import type { Rejection } from "../gen/vantage/v1/session_pb";
+import type { TourStop } from "../gen/vantage/v1/tour_pb";
 import { merged, type Site } from "../job/site";
 import { changeLabel, changesOf } from "../words/changes";
 
@@ -36,6 +37,8 @@ export type Mark = Placed &
     | { type: "refused"; view: RankedView }
     // A door that has to stay open until the scan is made.
     | { type: "openDoor"; door: OpenDoor }
+    // A scan of the tour; `first`: of those that its scanner still makes.
+    | { type: "stop"; stop: TourStop; label: string; zone: number; first: boolean }
     // What a scan shows to have come, or to be gone, since earlier ones; its outline on the floor, m, world.
     | {
         type: "change";

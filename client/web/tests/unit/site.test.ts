@@ -25,6 +25,7 @@ const empty: Site = {
   stations: [],
   rejections: [],
   uploads: [],
+  prior: undefined,
   plans: new Map(),
   sequence: 0n,
   modelVersion: 0n,

@@ -1,0 +1,166 @@
+// What is known before the first scan, and the rest of the job as a route: a floor plan as a picture, placed, aligned by
+// the scans and taken out again; what is left in half an hour.
+import { afterAll, beforeAll, expect, test } from "vitest";
+import type { Locator, Page } from "playwright-core";
+import { fit, toScreen, type Point } from "../../src/draw/projection";
+import { goTo, isAccessible, keepPicture, lying, sendFile, Site, upright } from "./harness";
+import { drawn, floorPlanPicture, inPicture, Surveyor } from "./simulated_site";
+
+const site = new Site();
+beforeAll(() => site.start());
+afterAll(async () => {
+  await site.stop();
+  expect(site.errors).toEqual([]);
+});
+
+async function picture(page: Page, name: string): Promise<void> {
+  if (process.env.VANTAGE_SCREENSHOTS === undefined) return;
+  for (const [size, suffix] of [
+    [upright, "800"],
+    [lying, "1280"],
+  ] as const) {
+    await page.setViewportSize(size);
+    await keepPicture(page, `${name}-${suffix}`);
+  }
+  await page.setViewportSize(upright);
+  await page.waitForTimeout(200);
+}
+
+// Taps a place of the flat in the picture of its plan, which is shown whole.
+async function tapInPlan(page: Page, place: Point): Promise<void> {
+  const canvas = page.getByRole("img", { name: "In the existing plan" });
+  const box = (await canvas.boundingBox())!;
+  const pixels = { x: drawn.width / drawn.pixel + 2 * drawn.border, y: drawn.height / drawn.pixel + 2 * drawn.border };
+  const shown = 20 / pixels.x;
+  const corners = [
+    { x: 0, y: 0 },
+    { x: pixels.x * shown, y: -pixels.y * shown },
+  ];
+  const map = fit(corners, 0, box, { top: 44, right: 24, bottom: 24, left: 24 }, 90);
+  const at = inPicture(place);
+  const screen = toScreen(map, { x: at.x * shown, y: -at.y * shown });
+  await page.touchscreen.tap(box.x + screen.x, box.y + screen.y);
+}
+
+async function choose(page: Page, name: string, bytes: Uint8Array): Promise<void> {
+  await page
+    .getByRole("dialog")
+    .locator('input[type="file"]')
+    .last()
+    .setInputFiles({ name, mimeType: "application/octet-stream", buffer: Buffer.from(bytes) });
+}
+
+const close = (page: Page) => page.getByRole("dialog").getByRole("button", { name: "Close", exact: true }).tap();
+const expectedOn = async (canvas: Locator) => Number(await canvas.getAttribute("data-expected"));
+const stopsOn = async (canvas: Locator) => Number(await canvas.getAttribute("data-stops"));
+const headline = /^\d+ stations?, (\d+\sh )?\d+\smin, \d+\s% at 5\scm$/;
+
+test("a floor plan before the first scan, and what is left in half an hour", async () => {
+  const session = await site.newJob("flat");
+  const surveyor = new Surveyor();
+  const page = await site.tablet({}, "/#/flat/next");
+  await page.getByRole("heading", { name: "Make the first scan" }).waitFor();
+  expect(await page.getByRole("button", { name: "The whole job" }).isDisabled()).toBe(true);
+
+  // What does not do is said before anything is sent.
+  await page.getByRole("button", { name: "Existing plan" }).tap();
+  await choose(page, "plan.pdf", Buffer.from("%PDF-1.7 "));
+  await page.getByText("This is a PDF. Save the page as a picture").waitFor();
+  await choose(page, "large.obj", Buffer.from("v 0 0 0\n".repeat(500_000)));
+  await page.getByText(/This file has 4\.0\sMB; up to 3\.1\sMB can be sent/).waitFor();
+  await isAccessible(page, "choosing an existing plan");
+  await picture(page, "existing-choose");
+
+  // Placed by the first scan: where it will be made, and where the scanner's front points to.
+  await choose(page, "ground floor.png", floorPlanPicture());
+  await page.getByText("A: tap where the first scan will be made.").waitFor();
+  await page.waitForTimeout(300);
+  await tapInPlan(page, surveyor.start);
+  await page.getByText("B: tap what the scanner's front will point to").waitFor();
+  const ahead = 2.5;
+  await tapInPlan(page, {
+    x: surveyor.start.x + ahead * Math.cos(surveyor.heading),
+    y: surveyor.start.y + ahead * Math.sin(surveyor.heading),
+  });
+  await page.getByText("Type how far it is from A to B").waitFor();
+  expect(await page.getByRole("button", { name: "Place it" }).isDisabled()).toBe(true);
+  await page.getByLabel("From A to B, m").fill(String(ahead));
+  await page.getByText(/A and B are 2\.5\sm apart/).waitFor();
+  await isAccessible(page, "placing an existing plan");
+  await picture(page, "existing-place");
+  await page.getByRole("button", { name: "Place it" }).tap();
+  await page.getByText("where you placed it").waitFor();
+  await isAccessible(page, "an existing plan that is placed");
+  await close(page);
+  const set = (await site.api.models.getSitePrior({ parent: session })).sitePrior!;
+  expect(set.displayName).toBe("ground floor.png");
+  expect(set.unitM).toBeCloseTo(drawn.pixel, 3);
+
+  // Its walls are dashed on the plan, and the whole job can be told before the first scan.
+  await expect.poll(() => expectedOn(page.locator("canvas").first())).toBeGreaterThan(0);
+  await picture(page, "existing-next");
+  await page.getByRole("button", { name: "The whole job" }).tap();
+  await page.getByRole("radio", { name: "No limit" }).tap();
+  await page.getByText(headline).waitFor();
+  await page.getByText(/Looking for something better|Working out/).waitFor({ state: "detached" });
+  expect(await stopsOn(page.getByRole("dialog").locator("canvas"))).toBeGreaterThan(0);
+  await isAccessible(page, "the whole job before the first scan");
+  await picture(page, "tour-before");
+  await page.getByRole("radio", { name: "30 min" }).tap();
+  await page.getByText(headline).waitFor();
+  await page.getByText(/^Until \d\d:\d\d\.$/).waitFor();
+  const stops = await page.getByRole("list", { name: "In this order" }).getByRole("listitem").count();
+  expect(stops).toBeGreaterThan(0);
+  await page.getByRole("link", { name: "Show it on the plan" }).tap();
+  const plan = page.getByRole("img", { name: "Plan of the site" });
+  await expect.poll(() => stopsOn(plan)).toBe(stops);
+  expect(await expectedOn(plan)).toBeGreaterThan(0);
+  await isAccessible(page, "the route on the plan");
+  await picture(page, "tour-plan-before");
+
+  // The first scan aligns it: what is measured is no longer dashed.
+  const dashed = await expectedOn(plan);
+  await goTo(page, "Next");
+  await sendFile(page, "kitchen.vrim", surveyor.first());
+  await page.getByText("Scan here next").waitFor();
+  await goTo(page, "Plan");
+  await page.getByRole("button", { name: "Existing plan" }).tap();
+  await page.getByText(/^aligned to \d+\scm$/).waitFor();
+  await isAccessible(page, "an existing plan that is aligned");
+  await picture(page, "existing-aligned");
+  await close(page);
+  await page.waitForTimeout(500);
+  expect(await expectedOn(plan)).not.toBe(dashed);
+
+  // The rest of the half hour, planned anew.
+  await page.getByText(headline).waitFor();
+  await page.getByText(/Looking for something better|Working out/).waitFor({ state: "detached" });
+  await picture(page, "tour-plan");
+  await page.getByRole("list", { name: "In this order" }).getByRole("button").first().tap();
+  await page.getByRole("heading", { name: "Stop 1" }).waitFor();
+  await isAccessible(page, "a stop");
+  await picture(page, "tour-stop");
+  await page.getByRole("button", { name: "Scanning here" }).tap();
+  await expect.poll(async () => (await site.api.fleet.listStations({ parent: session })).stations.length).toBe(1);
+
+  // Two more scans, typed; and taken out again.
+  await goTo(page, "Next");
+  await page.getByRole("button", { name: "What's left" }).tap();
+  await page.getByRole("radio", { name: "Other" }).tap();
+  await page.getByLabel("How many").fill("2");
+  await page.getByLabel("Of what").selectOption("scans");
+  await page.getByRole("button", { name: "Work it out" }).tap();
+  await page.getByText(/^[12] stations?, /).waitFor();
+  await isAccessible(page, "what is left in two scans");
+  await picture(page, "tour-left");
+  await close(page);
+  await goTo(page, "Plan");
+  await page.getByRole("button", { name: "Existing plan" }).tap();
+  await page.getByRole("button", { name: "Take it out" }).tap();
+  await page.getByText("Take it out? Places are then planned by the scans alone.").waitFor();
+  await page.getByRole("button", { name: "Take it out" }).tap();
+  await page.getByText("A floor plan or a model of the building").waitFor();
+  await close(page);
+  await expect.poll(() => expectedOn(plan)).toBe(0);
+  await page.context().close();
+}, 240_000);
