@@ -101,3 +101,18 @@ export function joined(pieces: readonly (readonly [Point, Point])[], tolerance: 
   });
   return lines;
 }
+
+// The direction of most walls, rad, [0, pi/2), in steps of a degree.
+export function directionOf(outlines: readonly (readonly Point[])[]): number {
+  const turns = new Float64Array(90);
+  for (const outline of outlines) {
+    for (let i = 1; i < outline.length; ++i) {
+      const [a, b] = [outline[i - 1]!, outline[i]!];
+      const degrees = (Math.atan2(b.y - a.y, b.x - a.x) * 180) / Math.PI;
+      const at = ((Math.round(degrees) % 90) + 90) % 90;
+      turns[at]! += Math.hypot(b.x - a.x, b.y - a.y);
+    }
+  }
+  const best = turns.indexOf(Math.max(...turns));
+  return (best * Math.PI) / 180;
+}

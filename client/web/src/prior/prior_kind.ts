@@ -1,5 +1,7 @@
 // What a file with a plan or a model of a building is, by how it begins, before a byte is sent. The server looks
 // again (core/site_prior/prior_file.h).
+import { characters } from "../send/file_kind";
+
 export type PriorKind =
   | "picture"
   | "dxf"
@@ -34,7 +36,7 @@ const pictures: readonly (readonly [at: number, bytes: string])[] = [
 // `head`: the first bytes; `type`: what the browser takes it for, which tells pictures of other kinds.
 export function priorKind(head: Uint8Array, type = ""): PriorKind {
   if (head.length === 0) return "empty";
-  const text = new TextDecoder("latin1").decode(head);
+  const text = characters(head);
   if (pictures.some(([at, bytes]) => text.startsWith(bytes, at))) return "picture";
   if (text.startsWith("%PDF")) return "pdf";
   if (text.startsWith("AC10") || text.startsWith("AutoCAD Binary DXF")) return "dwg";

@@ -19,17 +19,21 @@ export function tourHeadline(tour: Tour, say: Say, language: string): string {
   });
 }
 
-// What the last scans bring that are least worth going for; of a few stations the last one. Empty where there is no
-// choice.
-export function lastScans(tour: Tour, say: Say, language: string): string {
+// The scans that are least worth going for: as many as bring little together, else the last one or two of several.
+const little = 0.02;
+export function leastWorth(tour: Tour, say: Say, language: string): string {
   const all = tour.worth.at(-1);
-  const fewer = tour.worth.length >= 5 ? 2 : 1;
-  const without = tour.worth.at(-1 - fewer);
-  if (all === undefined || without === undefined) return "";
-  return say(fewer === 1 ? "tour.lastScan" : "tour.lastScans", {
+  if (all === undefined || tour.worth.length < 2) return "";
+  const brings = (fewer: number) => Math.max(0, all.coverage - (tour.worth.at(-1 - fewer)?.coverage ?? 0));
+  let fewer = tour.worth.length >= 5 ? 2 : 1;
+  while (fewer + 1 < tour.worth.length && brings(fewer + 1) <= little) ++fewer;
+  return say(fewer === 1 ? "tour.leastOne" : "tour.least", {
     n: fewer,
-    share: percentFine(Math.max(0, all.coverage - without.coverage), language),
-    time: hoursAndMinutes(Math.max(0, secondsOf(all.duration) - secondsOf(without.duration)), language),
+    share: percentFine(brings(fewer), language),
+    time: hoursAndMinutes(
+      Math.max(0, secondsOf(all.duration) - secondsOf(tour.worth.at(-1 - fewer)?.duration)),
+      language,
+    ),
   });
 }
 

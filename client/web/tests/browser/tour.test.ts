@@ -125,7 +125,7 @@ test("a floor plan before the first scan, and what is left in half an hour", asy
   await page.getByText("Scan here next").waitFor();
   await goTo(page, "Plan");
   await page.getByRole("button", { name: "Existing plan" }).tap();
-  await page.getByText(/^aligned to \d+\scm$/).waitFor();
+  await page.getByText(/aligned to \d+\scm/).waitFor();
   await isAccessible(page, "an existing plan that is aligned");
   await picture(page, "existing-aligned");
   await close(page);
