@@ -26,7 +26,7 @@ export class ExistingPlan {
   // The walls are known on this tablet.
   readonly drawn = $derived.by(() => this.#outlines().length > 0);
   // Its walls at the site, m, world; none where it is known not to lie there.
-  readonly walls = $derived.by<Outline[]>(() =>
+  readonly #walls = $derived.by<Outline[]>(() =>
     this.prior === undefined ? [] : atSite(this.prior, this.standing, this.#outlines()),
   );
 
@@ -37,6 +37,12 @@ export class ExistingPlan {
     } catch {
       // Another release's; then they are not drawn.
     }
+  }
+
+  // Those of a storey, of so many: a plan is of the one whose floor it was placed on.
+  wallsOn(storey: { floor: number; top: number }, count: number): Outline[] {
+    const floor = this.prior?.points[0]?.site?.z ?? 0;
+    return count <= 1 || (floor >= storey.floor - 1 && floor < storey.top - 1) ? this.#walls : [];
   }
 
   get #key(): string {

@@ -102,6 +102,11 @@ export class Tours {
     this.tour === undefined || this.#job.site === undefined ? [] : notMade(this.tour.stops, this.#job.site),
   );
 
+  // There is something to plan by: a scan, or a plan of the building.
+  get possible(): boolean {
+    return this.#job.hasModel || this.#job.site?.prior !== undefined;
+  }
+
   constructor(job: Job) {
     this.#job = job;
   }
@@ -119,11 +124,6 @@ export class Tours {
     void this.#search();
   }
 
-  forget(): void {
-    this.cancel();
-    [this.left, this.tour, this.problem, this.until] = [undefined, undefined, undefined, undefined];
-  }
-
   // Ends the search; what was found stays.
   cancel(): void {
     if (this.#running === undefined) return;
@@ -135,7 +135,7 @@ export class Tours {
 
   // While a tour is shown: after a scan, or what else plans depend on, the rest is planned anew.
   attend(): void {
-    if (this.left === undefined || this.problem !== undefined || this.over) return;
+    if (this.left === undefined || this.problem !== undefined || this.over || !this.possible) return;
     if (this.#job.link !== "live" || document.hidden || this.#job.planning || this.#asked === this.#now()) return;
     void this.#search();
   }

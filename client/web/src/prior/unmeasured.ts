@@ -9,6 +9,9 @@ const near = 0.25;
 // A wall is looked at so often, m.
 const step = 0.1;
 
+// What is left of a wall between measured ones, shorter than this, tells nobody anything, m.
+const shortest = 0.5;
+
 // The pieces of the outlines, m, world, that lie where the plan of the storey shows nothing.
 export function unmeasured(outlines: readonly Outline[], plan: FloorPlan | undefined): Outline[] {
   if (plan === undefined) return [...outlines];
@@ -24,7 +27,8 @@ export function unmeasured(outlines: readonly Outline[], plan: FloorPlan | undef
   for (const outline of outlines) {
     let piece: Outline = [];
     const end = () => {
-      if (piece.length > 1) pieces.push(piece);
+      const whole = piece.length === outline.length && piece[0] === outline[0];
+      if (piece.length > 1 && (whole || lengthOf(piece) >= shortest)) pieces.push(piece);
       piece = [];
     };
     for (let i = 0; i + 1 < outline.length; ++i) {
@@ -45,6 +49,10 @@ export function unmeasured(outlines: readonly Outline[], plan: FloorPlan | undef
     end();
   }
   return pieces;
+}
+
+function lengthOf(line: readonly Point[]): number {
+  return line.slice(1).reduce((sum, b, i) => sum + Math.hypot(b.x - line[i]!.x, b.y - line[i]!.y), 0);
 }
 
 // Cells with a measured wall within so many cells.

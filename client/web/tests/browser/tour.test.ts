@@ -164,3 +164,127 @@ test("a floor plan before the first scan, and what is left in half an hour", asy
   await expect.poll(() => expectedOn(plan)).toBe(0);
   await page.context().close();
 }, 240_000);
+
+test("two scanners in zones of their own, another tablet, and a plan that is placed after the first scan", async () => {
+  const session = await site.newJob("fleet");
+  const { fleet, models } = site.api;
+  for (const name of ["Ada", "Bob"])
+    await fleet.createScanner({ parent: session, scannerId: name.toLowerCase(), scanner: { displayName: name } });
+  const file = floorPlanPicture();
+  const surveyor = new Surveyor();
+  // Where a place of the flat is in the job's own frame, which the first scan begins.
+  const inJob = ({ x, y }: Point) => {
+    const [c, s] = [Math.cos(surveyor.heading), Math.sin(surveyor.heading)];
+    const [dx, dy] = [x - surveyor.start.x, y - surveyor.start.y];
+    return { x: c * dx + s * dy, y: -s * dx + c * dy };
+  };
+  const corners = [
+    { x: 0, y: 0 },
+    { x: 9.1, y: 4 },
+  ];
+  const set = (move: number) =>
+    models.setSitePrior({
+      parent: session,
+      file,
+      sitePrior: {
+        displayName: "flat.png",
+        unitM: drawn.pixel,
+        points: corners.map((corner) => {
+          const place = inJob(corner);
+          return { prior: { ...inPicture(corner), z: 0 }, site: { x: place.x + move, y: place.y, z: -1.5 } };
+        }),
+      },
+    });
+  const page = await site.tablet({}, "/#/fleet/plan");
+  const plan = page.getByRole("img", { name: "Plan of the site" });
+  await plan.waitFor();
+  await set(0);
+
+  // This tablet did not send it: it has its walls once it has the same file.
+  await page.getByRole("button", { name: "Existing plan" }).tap();
+  await page.getByText("Its walls are drawn on the tablet that sent it.").waitFor();
+  const same = page.getByLabel("Choose the same file");
+  const asPng = (bytes: Uint8Array) => ({ name: "flat.png", mimeType: "image/png", buffer: Buffer.from(bytes) });
+  await same.setInputFiles({ name: "flat.dxf", mimeType: "", buffer: Buffer.from(dxf) });
+  await page.getByText("This is another file than the one that was sent.").waitFor();
+  await isAccessible(page, "an existing plan of another tablet");
+  await same.setInputFiles(asPng(file));
+  await page.getByText("Its walls are drawn on the tablet that sent it.").waitFor({ state: "detached" });
+  await close(page);
+  await expect.poll(() => expectedOn(plan)).toBeGreaterThan(0);
+
+  // Each scanner has its own letters, and its own kind of line.
+  await page.getByRole("button", { name: "Route", exact: true }).tap();
+  await page.getByRole("radio", { name: "1 h", exact: true }).tap();
+  await page.getByText(headline).waitFor();
+  await page.getByText(/Looking for something better|Working out/).waitFor({ state: "detached" });
+  const order = page.getByRole("list", { name: "In this order" });
+  await order.getByText("A1", { exact: true }).waitFor();
+  await order.getByText("B1", { exact: true }).waitFor();
+  await isAccessible(page, "a route of two scanners");
+  await picture(page, "tour-fleet");
+  await page.getByRole("radio", { name: "One scanner" }).tap();
+  await order.getByText("1", { exact: true }).waitFor();
+
+  // Leaving ends the search.
+  await page.getByRole("radio", { name: "No limit" }).tap();
+  await page.getByText(/Looking for something better|Working out/).waitFor();
+  await goTo(page, "Next");
+  await goTo(page, "Plan");
+  expect(await page.getByText(/Looking for something better|Working out/).count()).toBe(0);
+
+  // Where it was placed it is not what is scanned: said, with the cure, and it is drawn no more.
+  await set(25);
+  await goTo(page, "Next");
+  await sendFile(page, "kitchen.vrim", surveyor.first());
+  await page.getByText("Scan here next").waitFor();
+  await goTo(page, "Plan");
+  await expect.poll(() => expectedOn(plan)).toBe(0);
+  await page.getByRole("button", { name: "Existing plan" }).tap();
+  await page.getByText(/not aligned: unused|not used yet/).waitFor();
+  await isAccessible(page, "an existing plan that is not used");
+  await picture(page, "existing-unused");
+
+  // Placed anew: the same two points here and there.
+  await choose(page, "flat.png", file);
+  await page.getByText("Tap a point A in the existing plan").waitFor();
+  await page.waitForTimeout(300);
+  await tapInPlan(page, corners[0]!);
+  await page.getByText("Now the same point A at the site.").or(page.getByText("Tap a point B")).first().waitFor();
+  const there = page.getByRole("img", { name: "At the site, as scanned" });
+  await there.press("Enter");
+  await page.getByText("Tap a point B in the existing plan").waitFor();
+  await tapInPlan(page, corners[1]!);
+  await page.getByText("Now the same point B at the site.").waitFor();
+  await there.press("Enter");
+  await page.getByText("A and B are too near each other.").waitFor();
+  await isAccessible(page, "placing an existing plan on what is scanned");
+  await picture(page, "existing-both");
+  await page.getByRole("button", { name: "Type coordinates instead" }).tap();
+  for (const [i, name] of ["A", "B"].entries()) {
+    const at = inJob(corners[i]!);
+    await page.getByLabel(`${name}: X at the site, m`).fill(at.x.toFixed(2));
+    await page.getByLabel(`${name}: Y at the site, m`).fill(at.y.toFixed(2));
+  }
+  await isAccessible(page, "typing where an existing plan lies");
+  await picture(page, "existing-typed");
+  await page.getByRole("button", { name: "Place it" }).tap();
+  await page.getByText(/aligned to \d+\scm/).waitFor();
+  await close(page);
+  await expect.poll(() => expectedOn(plan)).toBeGreaterThan(0);
+
+  // Dark, in German.
+  await goTo(page, "Job");
+  await page.getByRole("radio", { name: "Dark" }).tap();
+  await page.getByRole("radio", { name: "Deutsch" }).tap();
+  await page.getByRole("heading", { name: "Was herauskommt" }).waitFor();
+  await page.getByRole("navigation").getByText("Plan", { exact: true }).tap();
+  await page.getByRole("radio", { name: /^Alle 2 Scanner$/ }).tap();
+  await page.getByRole("list", { name: "In dieser Reihenfolge" }).getByText("B1", { exact: true }).waitFor();
+  await page.getByText(/Etwas Besseres wird gesucht|Welche Scans/).waitFor({ state: "detached" });
+  await isAccessible(page, "a route of two scanners, dark, in German");
+  await picture(page, "tour-dark-de");
+  await page.context().close();
+}, 240_000);
+
+const dxf = "0\nSECTION\n2\nENTITIES\n0\nLINE\n8\nWALL\n10\n0\n20\n0\n11\n5\n21\n0\n0\nENDSEC\n0\nEOF\n";
