@@ -133,7 +133,8 @@ export function dxfOutlines(text: string): Drawing {
     };
     for (const [a, b] of from.lines) if (lines.length < mostLines) lines.push([placed(a), placed(b)]);
   }
-  const size = Math.max(1e-9, ...lines.flat().map(({ x, y }) => Math.max(Math.abs(x), Math.abs(y))));
+  let size = 1e-9;
+  for (const [a, b] of lines) size = Math.max(size, Math.abs(a.x), Math.abs(a.y), Math.abs(b.x), Math.abs(b.y));
   return { outlines: largest(joined(lines, 1e-6 * size)), unit };
 }
 

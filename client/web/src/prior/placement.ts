@@ -3,7 +3,7 @@ import { create } from "@bufbuild/protobuf";
 import type { Point } from "../draw/projection";
 import { SitePriorPointSchema, type SitePrior, type SitePriorPoint } from "../gen/vantage/v1/site_prior_pb";
 import { SitePriorFormat, SitePriorState, type SitePriorStanding } from "../gen/vantage/v1/site_prior_pb";
-import { headingOf } from "../job/actions";
+import { headingOf } from "../job/heading";
 import type { Outline } from "./outlines";
 
 // A place in the file's own coordinates seen from above (outlines.ts), and the same at the site, m, world.

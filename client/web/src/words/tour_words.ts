@@ -27,14 +27,11 @@ export function leastWorth(tour: Tour, say: Say, language: string): string {
   const brings = (fewer: number) => Math.max(0, all.coverage - (tour.worth.at(-1 - fewer)?.coverage ?? 0));
   let fewer = tour.worth.length >= 5 ? 2 : 1;
   while (fewer + 1 < tour.worth.length && brings(fewer + 1) <= little) ++fewer;
-  return say(fewer === 1 ? "tour.leastOne" : "tour.least", {
-    n: fewer,
-    share: percentFine(brings(fewer), language),
-    time: hoursAndMinutes(
-      Math.max(0, secondsOf(all.duration) - secondsOf(tour.worth.at(-1 - fewer)?.duration)),
-      language,
-    ),
-  });
+  const share = percentFine(brings(fewer), language);
+  const less = secondsOf(all.duration) - secondsOf(tour.worth.at(-1 - fewer)?.duration);
+  const said = fewer === 1 ? say("tour.leastOne", { share }) : say("tour.least", { n: fewer, share });
+  // Of several scanners the others may be at work as long.
+  return less < 30 ? said : `${said} ${say("tour.less", { n: fewer, time: hoursAndMinutes(less, language) })}`;
 }
 
 // What else there is to know of it, a sentence each.

@@ -36,7 +36,7 @@ async function tapInPlan(page: Page, place: Point): Promise<void> {
     { x: 0, y: 0 },
     { x: pixels.x * shown, y: -pixels.y * shown },
   ];
-  const map = fit(corners, 0, box, { top: 44, right: 24, bottom: 24, left: 24 }, 90);
+  const map = fit(corners, 0, box, { top: 44, right: 78, bottom: 34, left: 24 }, 90);
   const at = inPicture(place);
   const screen = toScreen(map, { x: at.x * shown, y: -at.y * shown });
   await page.touchscreen.tap(box.x + screen.x, box.y + screen.y);
