@@ -120,11 +120,12 @@ function textReader(bytes: Uint8Array, from: number): (type: string) => number {
 }
 
 function binaryReader(bytes: Uint8Array, from: number, little: boolean): (type: string) => number {
+  // It throws where the file ends too early.
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   let at = from;
   return (type) => {
     const size = bytesOf[type];
-    if (size === undefined || at + size > bytes.length) throw new Error("the file is not whole");
+    if (size === undefined) throw new Error(`a property of type '${type}'`);
     const before = at;
     at += size;
     if (type.startsWith("float") && size === 4) return view.getFloat32(before, little);

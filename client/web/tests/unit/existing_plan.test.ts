@@ -37,6 +37,7 @@ test("a file is told by how it begins", () => {
     ["# a house\nv 0 0 0\nv 1 0 0\n", "obj"],
     ["ply\nformat ascii 1.0\nelement vertex 3\nelement face 1\nend_header\n", "ply"],
     ["ply\nformat ascii 1.0\nelement vertex 3\nend_header\n", "scan"],
+    ["ply\nformat ascii 1.0\nelement vertex 3\nelement face 0\nend_header\n", "scan"],
     ["ASTM-E57", "scan"],
     ["hello", "unknown"],
   ] as const)
@@ -112,13 +113,14 @@ test("blocks are drawn where they are inserted, and arcs of polylines are round"
   expect(stair![0]!.y).toBeCloseTo(10);
   expect(stair![1]!.x).toBeCloseTo(10);
   expect(stair![1]!.y).toBeCloseTo(14);
-  // Half a circle of radius 1 about (1, 0), to the right of the way.
+  // Three quarters of a circle of radius 1 about (1, 1), counter-clockwise.
   const vertex = (x: number, y: number, bulge: number) => `0\nVERTEX\n8\n0\n10\n${x}\n20\n${y}\n42\n${bulge}\n`;
-  const arc = `0\nPOLYLINE\n8\n0\n66\n1\n70\n0\n${vertex(0, 0, 1)}${vertex(2, 0, 0)}0\nSEQEND\n`;
+  const bulge = Math.tan((3 * Math.PI) / 8);
+  const arc = `0\nPOLYLINE\n8\n0\n66\n1\n70\n0\n${vertex(1, 0, bulge)}${vertex(0, 1, 0)}0\nSEQEND\n`;
   const [round] = dxfOutlines(dxf(arc)).outlines;
   expect(round!.length).toBe(9);
-  for (const { x, y } of round!) expect(Math.hypot(x - 1, y)).toBeCloseTo(1);
-  expect(Math.min(...round!.map(({ y }) => y))).toBeCloseTo(-1);
+  for (const { x, y } of round!) expect(Math.hypot(x - 1, y - 1)).toBeCloseTo(1);
+  expect(Math.max(...round!.map(({ x }) => x))).toBeGreaterThan(1.9);
 });
 
 // A box of 5 by 4 m and 2.5 m high, as OBJ with z or y up.

@@ -112,6 +112,10 @@ test("a tour is said as in an offer, and what is least worth going for", () => {
   expect(leastWorth(padded, say, "en")).toBe(
     `The 4 that bring least add 1.3${nbsp}%. Without them it takes 12${nbsp}min less.`,
   );
+  const even = create(TourSchema, {
+    worth: [0.2, 0.4, 0.6, 0.8, 1].map((coverage, i) => ({ coverage, duration: minutes(3 * (i + 1)) })),
+  });
+  expect(leastWorth(even, say, "en")).toMatch(/^The 2 that bring least add 40\s%\./);
   // Others are at work meanwhile.
   const together = create(TourSchema, {
     worth: [0.5, 0.9].map((coverage) => ({ coverage, duration: minutes(6) })),
