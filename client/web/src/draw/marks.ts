@@ -150,6 +150,15 @@ export function marksOf(
   return marks;
 }
 
+// Before the first scan, where it is to be made and whither the scanner's front points, if a plan of the building was
+// placed by that: the site's own frame begins there.
+export function firstScanMarks(site: Site): Mark[] {
+  const [a, b] = site.prior?.points ?? [];
+  if (site.scans.length > 0 || a?.site === undefined || b?.site === undefined) return [];
+  if (a.site.x !== 0 || a.site.y !== 0 || b.site.y !== 0) return [];
+  return [{ type: "pose", label: "A", heading: 0, chosen: true, index: 0, x: 0, y: 0, z: 0 }];
+}
+
 // What one scan shows to have been moved, as far as it is on the storey.
 export function changeMarks(scan: Scan, band: Band): Mark[] {
   return changesOf(scan).flatMap((change, i) => {

@@ -6,6 +6,10 @@ import {
   SitePriorStandingSchema,
   SitePriorState,
 } from "../../src/gen/vantage/v1/site_prior_pb";
+import { ScanSchema } from "../../src/gen/vantage/v1/scan_pb";
+import { SessionSchema } from "../../src/gen/vantage/v1/session_pb";
+import { firstScanMarks } from "../../src/draw/marks";
+import type { Site } from "../../src/job/site";
 import { upright } from "../../src/job/heading";
 import { cell, type FloorPlan } from "../../src/model/floor_plan";
 import { likelyUnit, likelyYUp, wallsOf, type ChosenFile } from "../../src/prior/chosen_file";
@@ -22,6 +26,21 @@ import { existingVerdict } from "../../src/words/existing_plan_words";
 
 const bytes = (text: string) => Uint8Array.from(text, (character) => character.charCodeAt(0));
 const say = (key: keyof typeof english, parameters = {}) => fill(english[key], parameters, "en");
+
+const noSite: Site = {
+  session: create(SessionSchema, { name: "sessions/s" }),
+  scans: [],
+  scanners: [],
+  claims: [],
+  stations: [],
+  rejections: [],
+  uploads: [],
+  prior: undefined,
+  plans: new Map(),
+  sequence: 0n,
+  modelVersion: 0n,
+  changed: 0n,
+};
 
 test("a file is told by how it begins", () => {
   for (const [head, kind] of [
@@ -236,6 +255,21 @@ test("two places say where it lies, in the coordinates that the contract has", (
   const up = pointOf(at, { ...reading, kind: "ply", yUp: true }, -1.5);
   expect(up.prior).toMatchObject({ x: 30, y: 7, z: 40 });
   expect(up.site).toMatchObject({ x: 1, y: 2, z: -1.5 });
+});
+
+test("where the first scan is to be made is marked until there is one, if the plan was placed by it", () => {
+  const at = (x: number, y: number) => ({ site: { x, y, z: -1.5 } });
+  const placed = (...points: { site: { x: number; y: number; z: number } }[]): Site => ({
+    ...noSite,
+    prior: create(SitePriorSchema, { points }),
+  });
+  expect(firstScanMarks(placed(at(0, 0), at(2.5, 0))).map((mark) => [mark.type, mark.x, mark.y])).toEqual([
+    ["pose", 0, 0],
+  ]);
+  expect(firstScanMarks(placed(at(0, 0), at(2.5, 1)))).toEqual([]);
+  expect(firstScanMarks(placed(at(3, 0), at(2.5, 0)))).toEqual([]);
+  expect(firstScanMarks({ ...placed(at(0, 0), at(2.5, 0)), scans: [create(ScanSchema, { name: "a" })] })).toEqual([]);
+  expect(firstScanMarks(noSite)).toEqual([]);
 });
 
 test("a distance gives a picture its scale, and what cannot be is said before it is sent", () => {

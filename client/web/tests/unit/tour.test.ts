@@ -101,7 +101,7 @@ const tour = create(TourSchema, {
 test("a tour is said as in an offer, and what is least worth going for", () => {
   expect(tourHeadline(tour, say, "en")).toBe(`23 stations, 3${nbsp}h 10${nbsp}min, 97${nbsp}% at 2${nbsp}cm`);
   expect(leastWorth(tour, say, "en")).toBe(
-    `The 2 that bring least add 1.1${nbsp}%. Without them it takes 16${nbsp}min less.`,
+    `The 2 that bring least add 1.1${nbsp}%. Leaving them out saves 16${nbsp}min.`,
   );
   const one = create(TourSchema, { stops: [stop(0, 0)], worth: [{ scanCount: 1, coverage: 0.9 }] });
   expect(leastWorth(one, say, "en")).toBe("");
@@ -110,7 +110,7 @@ test("a tour is said as in an offer, and what is least worth going for", () => {
     worth: [0.5, 0.9, 0.905, 0.91, 0.912, 0.913].map((coverage, i) => ({ coverage, duration: minutes(3 * (i + 1)) })),
   });
   expect(leastWorth(padded, say, "en")).toBe(
-    `The 4 that bring least add 1.3${nbsp}%. Without them it takes 12${nbsp}min less.`,
+    `The 4 that bring least add 1.3${nbsp}%. Leaving them out saves 12${nbsp}min.`,
   );
   const even = create(TourSchema, {
     worth: [0.2, 0.4, 0.6, 0.8, 1].map((coverage, i) => ({ coverage, duration: minutes(3 * (i + 1)) })),
