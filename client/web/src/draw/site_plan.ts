@@ -125,9 +125,6 @@ export function draw(
       case "station":
         drawStation(context, at, mark, mark === scene.selected, colours, font(16, 700));
         break;
-      case "pose":
-        drawPose(context, at, mark, projection, colours, font(18, 800));
-        break;
       case "turn":
         drawTurn(context, at, colours);
         break;
@@ -165,6 +162,7 @@ export function draw(
   }
   for (const mark of scene.marks) {
     if (mark.type === "view" && mark.target) drawTarget(context, toScreen(projection, mark), colours);
+    if (mark.type === "pose") drawPose(context, toScreen(projection, mark), mark, projection, colours, font(18, 800));
     if (mark.type === "trial") drawTrial(context, toScreen(projection, mark), mark.label, colours, font(15, 700));
   }
   if (scene.barLabel !== undefined) drawBar(context, projection, scene.barLabel, colours, font(15));
