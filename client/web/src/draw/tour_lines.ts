@@ -1,5 +1,5 @@
 // A tour on the plan: its stops with their numbers, and each scanner's walk from one to the next.
-import type { Tour, TourStop } from "../gen/vantage/v1/tour_pb";
+import type { TourStop } from "../gen/vantage/v1/tour_pb";
 import type { Colours } from "./colours";
 import { within, type Band, type Mark } from "./marks";
 import { toScreen, type Point, type Projection } from "./projection";
@@ -15,21 +15,22 @@ export function zoneLetter(zone: number): string {
   return String.fromCharCode(65 + (zone % 26));
 }
 
-// By whom a stop is made: 0 for the first of the tour's scanners.
-export function zonesOf(tour: Tour): string[] {
-  return [...new Set(tour.stops.map((stop) => stop.scanner))].sort();
-}
-
-// What people call a stop: by its number among those that are still to be made.
+// What people call a stop: by its number among those that its scanner still makes. `zones`: the scanners that the tour
+// was made for.
 export function stopLabels(stops: readonly TourStop[], zones: readonly string[]): Map<TourStop, string> {
   const counts = new Map<string, number>();
   return new Map(
     stops.map((stop) => {
       const number = (counts.get(stop.scanner) ?? 0) + 1;
       counts.set(stop.scanner, number);
-      return [stop, zones.length > 1 ? `${zoneLetter(zones.indexOf(stop.scanner))}${number}` : String(number)];
+      return [stop, zones.length > 1 ? `${zoneLetter(zoneOf(stop, zones))}${number}` : String(number)];
     }),
   );
+}
+
+// By whom it is made: a tour for one scanner has one zone, whatever its name.
+export function zoneOf(stop: TourStop, zones: readonly string[]): number {
+  return Math.max(0, zones.indexOf(stop.scanner));
 }
 
 export function stopMarks(stops: readonly TourStop[], zones: readonly string[], band: Band): Mark[] {
@@ -40,7 +41,7 @@ export function stopMarks(stops: readonly TourStop[], zones: readonly string[], 
     begun.add(stop.scanner);
     const at = stop.position;
     if (at === undefined || !within(band, at.z)) return [];
-    const zone = zones.indexOf(stop.scanner);
+    const zone = zoneOf(stop, zones);
     return [{ type: "stop" as const, stop, label: labels.get(stop) ?? "", zone, first, x: at.x, y: at.y, z: at.z }];
   });
 }
@@ -48,13 +49,13 @@ export function stopMarks(stops: readonly TourStop[], zones: readonly string[], 
 // What of the walks lies on the storey. Where the way is not known it is a straight line.
 export function tourLines(stops: readonly TourStop[], zones: readonly string[], band: Band): TourLine[] {
   const lines: TourLine[] = [];
-  zones.forEach((scanner, zone) => {
+  for (let zone = 0; zone < Math.max(1, zones.length); ++zone) {
     let way: Point[] = [];
     const end = () => {
       if (way.length > 1) lines.push({ zone, way });
       way = [];
     };
-    for (const stop of stops.filter((other) => other.scanner === scanner)) {
+    for (const stop of stops.filter((other) => zoneOf(other, zones) === zone)) {
       const at = stop.position;
       if (at === undefined) continue;
       // The way lies on the floor, which a storey begins with.
@@ -65,7 +66,7 @@ export function tourLines(stops: readonly TourStop[], zones: readonly string[], 
       else end();
     }
     end();
-  });
+  }
   return lines;
 }
 

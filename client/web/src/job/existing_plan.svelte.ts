@@ -11,6 +11,20 @@ import { nanoseconds } from "./site";
 // Sending up to 3 MiB over a site's Wi-Fi, and reading it there, ms.
 const sendingPatience = 180_000;
 
+const prefix = "vantage.existing.";
+
+// What waits to be sent needs the tablet's storage more: the walls of other jobs go where they would take more than
+// this together, characters.
+const mostKept = 1_000_000;
+function makeRoom(key: string, length: number): void {
+  const others = Object.keys(localStorage).filter((other) => other.startsWith(prefix) && other !== key);
+  let sum = length;
+  for (const other of others) {
+    sum += localStorage.getItem(other)?.length ?? 0;
+    if (sum > mostKept) localStorage.removeItem(other);
+  }
+}
+
 interface Kept {
   // SitePrior.createTime: of which prior these are the walls; ns since 1970.
   made: string;
@@ -46,7 +60,7 @@ export class ExistingPlan {
   }
 
   get #key(): string {
-    return `vantage.existing.${this.#job.name}`;
+    return `${prefix}${this.#job.name}`;
   }
 
   #outlines(): readonly Outline[] {
@@ -105,8 +119,10 @@ export class ExistingPlan {
       outlines: outlines.map((outline) => outline.map(({ x, y }) => ({ x: round(x), y: round(y) }))),
     };
     this.#kept = kept;
+    const text = JSON.stringify(kept);
+    makeRoom(this.#key, text.length);
     try {
-      localStorage.setItem(this.#key, JSON.stringify(kept));
+      localStorage.setItem(this.#key, text);
     } catch {
       // The storage is full: they are drawn until the page is closed.
     }

@@ -237,13 +237,14 @@ export class Job {
       if (this.site !== undefined) this.site = withoutExpired(this.site, Date.now() / 1000);
     }, 10_000);
     void this.#outbox.flush();
+    this.tours.attend();
     void this.#run(signal);
   }
 
   #stop(): void {
     clearInterval(this.#clock);
     this.#running.abort();
-    this.tours.cancel();
+    this.tours.pause();
     this.#watching?.abort();
     this.#watchedPlan = "";
   }

@@ -26,6 +26,8 @@ export class Tours {
   // All scanners of the fleet take part, or this tablet's alone.
   everyone = $state(true);
   tour = $state.raw<Tour | undefined>(undefined);
+  // For whom it was made, by resource name, in the order of its letters; one or none: for one scanner.
+  scanners = $state.raw<readonly string[]>([]);
   searching = $state(false);
   // When the search that goes on began, ms since 1970.
   began = $state(0);
@@ -40,6 +42,8 @@ export class Tours {
   #scansBefore = 0;
   // What the site was like when the tour was last asked for.
   #asked = "";
+  // Of how many parts of the page.
+  #looking = 0;
   #running: AbortController | undefined;
 
   // What is still to be done of it, in its order.
@@ -78,11 +82,29 @@ export class Tours {
     this.#job.tourEnded();
   }
 
-  // While a tour is shown: after a scan, or what else plans depend on, the rest is planned anew.
+  // Somebody looks at the tour, until what is returned is called: then the search ends.
+  look(): () => void {
+    this.#looking += 1;
+    this.attend();
+    return () => {
+      this.#looking -= 1;
+      if (this.#looking === 0) this.cancel();
+    };
+  }
+
+  // The page is hidden, or the job is left: the search goes on, from the start, when somebody looks again.
+  pause(): void {
+    if (this.searching) this.#asked = "";
+    this.cancel();
+  }
+
+  // While somebody looks: after a scan, or what else plans depend on, the rest is planned anew.
   attend(): void {
-    if (this.left === undefined || this.problem !== undefined || this.over || !this.possible) return;
-    if (this.#job.link !== "live" || document.hidden || this.#job.planning || this.#asked === this.#now()) return;
-    void this.#search();
+    if (this.#looking === 0 || this.left === undefined || this.problem !== undefined || this.over || !this.possible)
+      return;
+    if (this.#job.link !== "live" || document.hidden || this.#job.planning) return;
+    const unanswered = this.tour === undefined && !this.searching;
+    if (unanswered || this.#asked !== this.#now()) void this.#search();
   }
 
   #now(): string {
@@ -133,7 +155,10 @@ export class Tours {
         clearTimeout(timer);
         timer = setTimeout(() => attempt.abort(), silence);
         if (running.signal.aborted) return;
-        if (response.step.case === "tour") this.tour = response.step.value;
+        if (response.step.case === "tour") {
+          this.tour = response.step.value;
+          this.scanners = scanners;
+        }
         if (response.last) break;
       }
     } catch (error) {

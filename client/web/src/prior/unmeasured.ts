@@ -14,7 +14,7 @@ const shortest = 0.5;
 
 // The pieces of the outlines, m, world, that lie where the plan of the storey shows nothing.
 export function unmeasured(outlines: readonly Outline[], plan: FloorPlan | undefined): Outline[] {
-  if (plan === undefined) return [...outlines];
+  if (plan === undefined || outlines.length === 0) return [...outlines];
   const reach = Math.ceil(near / plan.size);
   const known = wallsAround(plan, reach);
   const isOpen = ({ x, y }: Point) => {

@@ -1,6 +1,6 @@
 import { create } from "@bufbuild/protobuf";
 import { expect, test } from "vitest";
-import { stopLabels, stopMarks, tourLines, zonesOf } from "../../src/draw/tour_lines";
+import { stopLabels, stopMarks, tourLines } from "../../src/draw/tour_lines";
 import { StationSchema, ScannerSchema } from "../../src/gen/vantage/v1/fleet_pb";
 import { ScanSchema, ScanState } from "../../src/gen/vantage/v1/scan_pb";
 import { SessionSchema } from "../../src/gen/vantage/v1/session_pb";
@@ -178,10 +178,14 @@ test("each scanner has a letter, numbers and a walk of its own, on the storey th
     ]),
     place(9, 3, 1.5, "blue", []),
   ];
-  const zones = zonesOf(create(TourSchema, { stops }));
-  expect(zones).toEqual(["blue", "red"]);
+  const zones = ["blue", "red"];
   expect([...stopLabels(stops, zones).values()]).toEqual(["B1", "A1", "B2", "B3", "A2"]);
-  expect([...stopLabels(stops.slice(0, 1), ["red"]).values()]).toEqual(["1"]);
+  // One that was not named, and one of two whom nothing is left for.
+  expect([...stopLabels([stop(0, 0), stop(1, 0)], []).values()]).toEqual(["1", "2"]);
+  expect([...stopLabels(stops.slice(0, 1), zones).values()]).toEqual(["B1"]);
+  expect(
+    tourLines([stop(0, 0), stop(1, 0)], [], { floor: 0, top: 3 }).map(({ zone, way }) => [zone, way.length]),
+  ).toEqual([[0, 2]]);
   const ground = { floor: 0, top: 3 };
   const marks = stopMarks(stops, zones, ground);
   expect(marks.map((mark) => mark.type === "stop" && `${mark.label}${mark.first ? "!" : ""}`)).toEqual([
