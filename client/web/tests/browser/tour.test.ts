@@ -298,3 +298,51 @@ test("two scanners in zones of their own, another tablet, and a plan that is pla
 }, 240_000);
 
 const dxf = "0\nSECTION\n2\nENTITIES\n0\nLINE\n8\nWALL\n10\n0\n20\n0\n11\n5\n21\n0\n0\nENDSEC\n0\nEOF\n";
+
+test("a drawing in millimetres and a model whose y points up, placed by keys alone", async () => {
+  const session = await site.newJob("drawn");
+  const page = await site.tablet({}, "/#/drawn/next");
+  const rooms = "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n4\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n";
+  const outline =
+    "0\nLWPOLYLINE\n8\nWALL\n90\n4\n70\n1\n10\n0\n20\n0\n10\n9100\n20\n0\n10\n9100\n20\n4000\n10\n0\n20\n4000\n";
+  const corners = [
+    [0, 0],
+    [9.1, 0],
+    [9.1, 4],
+    [0, 4],
+  ];
+  const vertices = [0, 2.5].flatMap((z) => corners.map(([x, y]) => `v ${x} ${z} ${-y!}`));
+  const faces = ["1 2 3 4", "5 6 7 8", "1 2 6 5", "2 3 7 6", "3 4 8 7", "4 1 5 8"].map((face) => `f ${face}`);
+  for (const [name, text, unit, yUp] of [
+    ["rooms.dxf", `${rooms}${outline}0\nENDSEC\n0\nEOF\n`, 0.001, false],
+    ["rooms.obj", [...vertices, ...faces].join("\n"), 1, true],
+  ] as const) {
+    await page.getByRole("button", { name: "Existing plan" }).press("Enter");
+    await choose(page, name, Buffer.from(text));
+    await page.getByText("A: tap where the first scan will be made.").waitFor();
+    await page.waitForTimeout(300);
+    const map = page.getByRole("img", { name: "In the existing plan" });
+    await map.press("Enter");
+    await page.getByText("B: tap what the scanner's front will point to").waitFor();
+    for (let i = 0; i < 3; ++i) await map.press("ArrowRight");
+    await map.press("Enter");
+    await page.getByText("Both points are set.").waitFor();
+    await isAccessible(page, `placing ${name}`);
+    if (yUp) await picture(page, "existing-model");
+    await page.getByRole("button", { name: "Place it" }).press("Enter");
+    await page.getByText("where you placed it").waitFor();
+    await page.keyboard.press("Escape");
+    const { sitePrior, standing } = await site.api.models.getSitePrior({ parent: session });
+    expect(sitePrior!.unitM).toBe(unit);
+    expect(sitePrior!.yUp).toBe(yUp);
+    // About the middle of the rooms; there the site's own frame begins.
+    const a = sitePrior!.points[0]!.prior!;
+    const middle = { x: a.x * unit, y: (yUp ? -a.z : a.y) * unit };
+    expect(Math.hypot(middle.x - 4.55, middle.y - 2)).toBeLessThan(0.6);
+    expect(standing!.pose!.translation!.x).toBeCloseTo(-middle.x, 3);
+    expect(standing!.pose!.translation!.y).toBeCloseTo(-middle.y, 3);
+    expect(standing!.pose!.translation!.z).toBeCloseTo(-1.5, 3);
+    await expect.poll(() => expectedOn(page.locator("canvas").first())).toBeGreaterThan(0);
+  }
+  await page.context().close();
+}, 120_000);
