@@ -136,12 +136,18 @@ test("a floor plan before the first scan, and what is left in half an hour", asy
   await page.getByText(headline).waitFor();
   await page.getByText(/Looking for something better|Working out/).waitFor({ state: "detached" });
   await picture(page, "tour-plan");
+
+  // Without a limit what is left of it stays as it is once a stop is made.
+  await page.getByRole("radio", { name: "No limit" }).tap();
+  await page.getByText(headline).waitFor();
+  await page.getByText(/Looking for something better|Working out/).waitFor({ state: "detached" });
   await page.getByRole("list", { name: "In this order" }).getByRole("button").first().tap();
   await page.getByRole("heading", { name: "Stop 1" }).waitFor();
   await isAccessible(page, "a stop");
   await picture(page, "tour-stop");
   await page.getByRole("button", { name: "Scanning here" }).tap();
   await expect.poll(async () => (await site.api.fleet.listStations({ parent: session })).stations.length).toBe(1);
+  await page.getByText(/^\d+ stops? (is|are) as before\.$/).waitFor();
 
   // Two more scans, typed; and taken out again.
   await goTo(page, "Next");
