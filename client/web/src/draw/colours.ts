@@ -10,6 +10,8 @@ export interface Colours {
   onAccent: string;
   good: string;
   warn: string;
+  // Of the scanners of a tour; the first is the accent.
+  zones: string[];
   // Of the plan.
   floor: [number, number, number];
   thin: [number, number, number];
@@ -35,6 +37,7 @@ export function readColours(element: Element): Colours {
     onAccent: text("on-accent"),
     good: text("good"),
     warn: text("warn"),
+    zones: ["accent", "zone-2", "zone-3", "zone-4"].map(text),
     floor: triple("plan-floor"),
     thin: triple("plan-thin"),
     furniture: triple("plan-furniture"),

@@ -6,6 +6,7 @@ import type { NarrowWay, OpenDoor, RankedView } from "../gen/vantage/v1/plan_pb"
 import { RegistrationOutcome } from "../gen/vantage/v1/registration_pb";
 import { SiteChangeKind, type Scan, type SiteChange } from "../gen/vantage/v1/scan_pb";
 import type { Rejection } from "../gen/vantage/v1/session_pb";
+import type { TourStop } from "../gen/vantage/v1/tour_pb";
 import { merged, type Site } from "../job/site";
 import { changeLabel, changesOf } from "../words/changes";
 
@@ -36,6 +37,8 @@ export type Mark = Placed &
     | { type: "refused"; view: RankedView }
     // A door that has to stay open until the scan is made.
     | { type: "openDoor"; door: OpenDoor }
+    // A scan of the tour; `first`: of those that its scanner still makes.
+    | { type: "stop"; stop: TourStop; label: string; zone: number; first: boolean }
     // What a scan shows to have come, or to be gone, since earlier ones; its outline on the floor, m, world.
     | {
         type: "change";
@@ -145,6 +148,15 @@ export function marksOf(
     marks.push({ type: "view", view: target, rank, target: true, ...at(target.position) });
   }
   return marks;
+}
+
+// Before the first scan, where it is to be made and whither the scanner's front points, if a plan of the building was
+// placed by that: the site's own frame begins there.
+export function firstScanMarks(site: Site): Mark[] {
+  const [a, b] = site.prior?.points ?? [];
+  if (site.scans.length > 0 || a?.site === undefined || b?.site === undefined) return [];
+  if (a.site.x !== 0 || a.site.y !== 0 || b.site.y !== 0) return [];
+  return [{ type: "pose", label: "A", heading: 0, chosen: true, index: 0, x: 0, y: 0, z: 0 }];
 }
 
 // What one scan shows to have been moved, as far as it is on the storey.

@@ -6,6 +6,7 @@ import { drawHeat, type Heat } from "./heat";
 import type { Link } from "./links";
 import type { Mark } from "./marks";
 import type { SampleDots } from "./samples";
+import { drawStop, drawTourLines, type TourLine } from "./tour_lines";
 import { barLength, matrix, toScreen, type Point, type Projection } from "./projection";
 import {
   disc,
@@ -29,9 +30,22 @@ import {
 // Edge of the squares that a region is drawn in, m.
 export const regionEdge = 0.1;
 
+// A picture of a plan that lies beneath, by its upper left corner and a pixel's edge.
+export interface Underlay {
+  image: CanvasImageSource;
+  x: number;
+  y: number;
+  width: number;
+  height: number;
+}
+
 export interface Scene {
   plan: ImageBitmap | HTMLCanvasElement | undefined;
   raster: FloorPlan | undefined;
+  underlay?: Underlay | undefined;
+  // Walls that are expected and not measured yet, world.
+  expected?: readonly (readonly Point[])[];
+  tour?: readonly TourLine[];
   heat: Heat | undefined;
   marks: readonly Mark[];
   links: readonly Link[];
@@ -47,8 +61,8 @@ export interface Scene {
   // Of a scan that is being placed.
   samples: SampleDots | undefined;
   selected: Mark | undefined;
-  // Text of the scale bar for a length, m.
-  barLabel: (metres: number) => string;
+  // Text of the scale bar for a length, m; none: there is no scale yet.
+  barLabel: ((metres: number) => string) | undefined;
 }
 
 export function draw(
@@ -72,7 +86,9 @@ export function draw(
     context.drawImage(scene.plan, raster.x, raster.y, raster.columns * raster.size, raster.rows * raster.size);
     context.restore();
   }
+  if (scene.underlay !== undefined) drawUnderlay(context, projection, scene.underlay);
   if (scene.heat !== undefined) drawHeat(context, projection, scene.heat, colours);
+  drawExpected(context, projection, scene.expected ?? [], colours);
 
   for (const area of scene.areas) drawArea(context, projection, area, colours, font(15, 700));
   for (const link of scene.links) drawLink(context, projection, link, colours);
@@ -84,6 +100,7 @@ export function draw(
     if (mark.type === "change") drawChange(context, projection, mark, colours);
   }
   drawRegion(context, projection, scene.region, regionEdge, colours);
+  drawTourLines(context, projection, scene.tour ?? [], colours);
   drawWay(context, projection, scene.way, colours);
   if (scene.samples !== undefined) drawSamples(context, projection, scene.samples, colours);
   const others = scene.marks.map((mark) => toScreen(projection, mark));
@@ -107,9 +124,6 @@ export function draw(
         break;
       case "station":
         drawStation(context, at, mark, mark === scene.selected, colours, font(16, 700));
-        break;
-      case "pose":
-        drawPose(context, at, mark, projection, colours, font(18, 800));
         break;
       case "turn":
         drawTurn(context, at, colours);
@@ -141,11 +155,49 @@ export function draw(
         break;
     }
   }
+  // The sooner a stop, the later it is drawn.
+  for (const mark of [...scene.marks].reverse()) {
+    if (mark.type === "stop")
+      drawStop(context, toScreen(projection, mark), mark, mark === scene.selected, colours, font(16, 800));
+  }
   for (const mark of scene.marks) {
     if (mark.type === "view" && mark.target) drawTarget(context, toScreen(projection, mark), colours);
+    if (mark.type === "pose") drawPose(context, toScreen(projection, mark), mark, projection, colours, font(18, 800));
     if (mark.type === "trial") drawTrial(context, toScreen(projection, mark), mark.label, colours, font(15, 700));
   }
-  drawBar(context, projection, scene.barLabel, colours, font(15));
+  if (scene.barLabel !== undefined) drawBar(context, projection, scene.barLabel, colours, font(15));
+}
+
+function drawUnderlay(context: CanvasRenderingContext2D, projection: Projection, underlay: Underlay): void {
+  context.save();
+  context.transform(...matrix(projection));
+  context.scale(1, -1);
+  context.drawImage(underlay.image, underlay.x, -underlay.y, underlay.width, underlay.height);
+  context.restore();
+}
+
+// Walls that a plan of the building has: dashed, since nobody has measured them.
+function drawExpected(
+  context: CanvasRenderingContext2D,
+  projection: Projection,
+  outlines: readonly (readonly Point[])[],
+  colours: Colours,
+): void {
+  const path = new Path2D();
+  for (const outline of outlines) {
+    outline.forEach((point, i) => {
+      const at = toScreen(projection, point);
+      if (i === 0) path.moveTo(at.x, at.y);
+      else path.lineTo(at.x, at.y);
+    });
+  }
+  context.lineCap = "butt";
+  context.lineJoin = "round";
+  context.setLineDash([7, 5]);
+  context.lineWidth = 2;
+  context.strokeStyle = colours.ink;
+  context.stroke(path);
+  context.setLineDash([]);
 }
 
 // A scan's samples: dots where it fits, crosses where it contradicts, rings where nothing is known.

@@ -1,6 +1,7 @@
 // What a crew does to a job, as entries of the outbox and as calls to the server.
 import { create } from "@bufbuild/protobuf";
 import { fleet, patience, plans, scans } from "../api/server";
+import { upright } from "./heading";
 import type { Entry } from "./outbox";
 import { Vector3Schema, type Vector3 } from "../gen/vantage/v1/geometry_pb";
 import { PoseUse } from "../gen/vantage/v1/scan_service_pb";
@@ -35,18 +36,6 @@ export type Kind = keyof Payloads;
 
 // How long a claim holds, s; one that waited longer than this to be sent is of no use any more.
 export const claimLasts = 1800;
-
-// A turn about the vertical.
-export function upright(heading: number): { w: number; x: number; y: number; z: number } {
-  return { w: Math.cos(heading / 2), x: 0, y: 0, z: Math.sin(heading / 2) };
-}
-
-// Where the scanner's +x points, rad, of a scanner that stands upright or nearly so.
-export function headingOf(rotation: { w: number; x: number; y: number; z: number } | undefined): number {
-  if (rotation === undefined) return 0;
-  const { w, x, y, z } = rotation;
-  return Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
-}
 
 const senders: {
   [K in Kind]: (parent: string, requestId: string, what: Payloads[K], time: number) => Promise<string>;

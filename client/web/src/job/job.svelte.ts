@@ -6,8 +6,10 @@ import { fleet, lastPart, models, newRequestId, patience, plans, scans, sessions
 import { PlanState, type Plan, type RankedView } from "../gen/vantage/v1/plan_pb";
 import type { GetCoverageResponse } from "../gen/vantage/v1/model_service_pb";
 import type { PoseGraph } from "../gen/vantage/v1/pose_graph_pb";
+import type { SitePrior } from "../gen/vantage/v1/site_prior_pb";
 import { UploadState } from "../gen/vantage/v1/upload_pb";
 import { send, type Kind, type Payloads } from "./actions";
+import { ExistingPlan } from "./existing_plan.svelte";
 import { follow, pause } from "./follow";
 import { freeViews } from "./free_views";
 import { Outbox, type Entry } from "./outbox";
@@ -25,6 +27,7 @@ import {
 } from "./site";
 import { notices } from "./notices.svelte";
 import { search } from "./search_time.svelte";
+import { Tours } from "./tours.svelte";
 
 const pageSize = 1000;
 
@@ -53,6 +56,9 @@ export class Job {
   graph = $state.raw<PoseGraph | undefined>(undefined);
   // Which of the plan's views is shown, from 0.
   rank = $state(0);
+  // What was known of the site before, and the rest of the job as a tour.
+  readonly existing: ExistingPlan;
+  readonly tours: Tours;
 
   readonly last = $derived(this.site === undefined ? undefined : lastStation(this.site, this.scanner));
   readonly hasModel = $derived(this.site !== undefined && merged(this.site).length > 0);
@@ -87,6 +93,8 @@ export class Job {
 
   constructor(name: string) {
     this.name = name;
+    this.existing = new ExistingPlan(this);
+    this.tours = new Tours(this);
     this.scanner = localStorage.getItem(kept(name, "scanner")) ?? "";
     const key = kept(name, "outbox");
     this.#outbox = new Outbox(
@@ -177,8 +185,23 @@ export class Job {
     void this.#createPlan(newRequestId());
   }
 
+  // A prior was set or taken out by this tablet, before the event is heard.
+  knowPrior(prior: SitePrior | undefined): void {
+    if (this.site !== undefined) this.site = { ...this.site, prior };
+  }
+
+  // A tour takes the plan's stream, so that a page has two at most. The plan goes on on the server.
+  tourBegins(): void {
+    this.#watching?.abort();
+  }
+
+  tourEnded(): void {
+    if (!this.#running.signal.aborted) this.#attend();
+  }
+
   async refreshCoverage(): Promise<void> {
     void this.#refreshGraph();
+    void this.existing.refresh();
     try {
       this.coverage = await models.getCoverage({ name: this.name }, { timeoutMs: patience });
     } catch {
@@ -214,12 +237,14 @@ export class Job {
       if (this.site !== undefined) this.site = withoutExpired(this.site, Date.now() / 1000);
     }, 10_000);
     void this.#outbox.flush();
+    this.tours.attend();
     void this.#run(signal);
   }
 
   #stop(): void {
     clearInterval(this.#clock);
     this.#running.abort();
+    this.tours.pause();
     this.#watching?.abort();
     this.#watchedPlan = "";
   }
@@ -287,7 +312,7 @@ export class Job {
     const parent = this.name;
     const session = (await sessions.getSession({ name: parent }, options)).session;
     if (session === undefined) throw new Error("no session in the answer");
-    const [scanList, scannerList, claimList, stationList, rejectionList, uploadList, running, coverage] =
+    const [scanList, scannerList, claimList, stationList, rejectionList, uploadList, running, coverage, prior] =
       await Promise.all([
         pages(async (pageToken) => {
           const page = await scans.listScans({ parent, pageSize, pageToken }, options);
@@ -316,6 +341,7 @@ export class Job {
         }),
         plans.listPlans({ parent, pageSize: 200, states: [PlanState.QUEUED, PlanState.RUNNING] }, options),
         models.getCoverage({ name: parent }, options),
+        this.existing.read(),
       ]);
     this.coverage = coverage;
     void this.#refreshGraph();
@@ -333,6 +359,7 @@ export class Job {
       stations: stationList,
       rejections: rejectionList,
       uploads: uploadList,
+      prior,
       plans: known,
       sequence: session.lastSequence,
       modelVersion: session.modelVersion,
@@ -347,6 +374,8 @@ export class Job {
   #attend(): void {
     const site = this.site;
     if (site === undefined || this.link !== "live" || document.hidden || !this.hasModel) return;
+    // The plan follows the tour; both at once would take twice as long.
+    if (this.tours.searching) return;
     const fresh = freshPlan(site, this.scanner);
     if (fresh === undefined) {
       // A scan that is being merged changes the site in a moment.
@@ -393,6 +422,8 @@ export class Job {
   }
 
   async #watchPlan(name: string): Promise<void> {
+    // It is watched when the tour has ended.
+    if (this.tours.searching) return;
     this.#watching?.abort();
     const watching = new AbortController();
     this.#watching = watching;

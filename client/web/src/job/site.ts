@@ -6,6 +6,7 @@ import type { Claim, Scanner, Station } from "../gen/vantage/v1/fleet_pb";
 import type { Plan } from "../gen/vantage/v1/plan_pb";
 import { ScanState, type Scan } from "../gen/vantage/v1/scan_pb";
 import type { Rejection, Session } from "../gen/vantage/v1/session_pb";
+import type { SitePrior } from "../gen/vantage/v1/site_prior_pb";
 import { UploadState, type Upload } from "../gen/vantage/v1/upload_pb";
 
 export interface Site {
@@ -18,6 +19,8 @@ export interface Site {
   rejections: Rejection[];
   // Those that are open, being read, or failed.
   uploads: Upload[];
+  // What is known of the site besides the scans.
+  prior: SitePrior | undefined;
   // Plans that were heard of, by name.
   plans: Map<string, Plan>;
   // Of the last event that is in here.
@@ -69,6 +72,7 @@ export function changedByLists(site: Omit<Site, "changed">): bigint {
     ...site.stations.map((station) => station.createTime),
     ...site.rejections.map((rejection) => rejection.createTime),
     ...site.claims.map((claim) => claim.createTime),
+    site.prior?.createTime,
   ].map(nanoseconds);
   return times.reduce((latest, time) => (time > latest ? time : latest), 0n);
 }
@@ -152,6 +156,12 @@ export function apply(site: Site, happened: SessionEvent): Site {
     case "stationEnded":
       next.stations = drop(site.stations, event.value.station?.name);
       break;
+    case "sitePriorSet":
+      next.prior = event.value.sitePrior;
+      break;
+    case "sitePriorCleared":
+      next.prior = undefined;
+      break;
     case "eventsLeftOut":
     case undefined:
       break;
@@ -167,6 +177,8 @@ export function apply(site: Site, happened: SessionEvent): Site {
     "claimEnded",
     "stationCreated",
     "stationEnded",
+    "sitePriorSet",
+    "sitePriorCleared",
   ];
   if (event.case !== undefined && concernsPlans.includes(event.case)) {
     const time = nanoseconds(happened.time);

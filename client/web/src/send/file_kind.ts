@@ -80,10 +80,18 @@ export async function kindOf(file: File): Promise<FileKind> {
   return fileKind(file.name, new Uint8Array(await file.slice(0, headBytes).arrayBuffer()), file.size);
 }
 
+// A character for each byte. A browser's decoder for 'latin1' is none: it takes 0x89, with which PNG begins, for a sign
+// of per mille.
+export function characters(bytes: Uint8Array): string {
+  let text = "";
+  for (let at = 0; at < bytes.length; at += 8192) text += String.fromCharCode(...bytes.subarray(at, at + 8192));
+  return text;
+}
+
 // `head`: the first bytes, headBytes of them where there are so many; `size`: of the file.
 export function fileKind(name: string, head: Uint8Array, size: number): FileKind {
   if (size === 0) return "empty";
-  const text = new TextDecoder("latin1").decode(head);
+  const text = characters(head);
   if (text.startsWith("VRIM")) return rangeImageSize(head) === size ? "rangeImage" : "cutOff";
   if (text.startsWith("ASTM-E57")) {
     if (head.length < 48) return "cutOff";

@@ -66,6 +66,31 @@ export function roughTime(seconds: number, language: string): string {
   return minutes < 90 ? unit(minutes, "minute") : unit(Math.round(minutes / 30) / 2, "hour");
 }
 
+// A time span that somebody works for, s: '3 h 10 min'.
+export function hoursAndMinutes(seconds: number, language: string): string {
+  const minutes = Math.max(0, Math.round(seconds / 60));
+  const whole = (value: number, digits: number) =>
+    new Intl.NumberFormat(language, { minimumIntegerDigits: digits }).format(value);
+  if (minutes < 60) return `${whole(minutes, 1)}${nbsp}min`;
+  return `${whole(Math.floor(minutes / 60), 1)}${nbsp}h ${whole(minutes % 60, 2)}${nbsp}min`;
+}
+
+// A share that may be small, [0, 1]: with a decimal below a tenth.
+export function percentFine(share: number, language: string): string {
+  return `${rounded(share * 100, share < 0.0995 ? 1 : 0, language)}${nbsp}%`;
+}
+
+// How far apart points are at a density, samples / m2.
+export function spacing(density: number, language: string): string {
+  const cm = 100 / Math.sqrt(density);
+  return `${rounded(cm, cm < 9.95 && Math.abs(cm - Math.round(cm)) > 0.05 ? 1 : 0, language)}${nbsp}cm`;
+}
+
+// How far off something is, m, in centimetres.
+export function centimetres(m: number, language: string): string {
+  return `${rounded(Math.max(1, Math.round(100 * m)), 0, language)}${nbsp}cm`;
+}
+
 // A time of day.
 export function clock(time: Date, language: string): string {
   return new Intl.DateTimeFormat(language, { hour: "2-digit", minute: "2-digit" }).format(time);

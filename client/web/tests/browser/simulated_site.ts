@@ -1,6 +1,8 @@
 // A small flat and a scanner in it: what a crew would send. Independent of the product's own simulation: boxes,
 // rays, and the encoding as proto/vantage/v1/upload.proto describes it.
 
+import { deflateSync } from "node:zlib";
+
 export interface Place {
   x: number;
   y: number;
@@ -10,18 +12,18 @@ export interface Place {
 export type Box = readonly [x0: number, y0: number, z0: number, x1: number, y1: number, z1: number];
 
 // Two rooms of 5 m by 4 m and 4 m by 4 m, a door between them, things in both. Metres, z up.
-const height = 2.6;
+const flatHeight = 2.6;
 export const flat: readonly Box[] = [
   [-0.2, -0.2, -0.2, 9.3, 4.2, 0],
-  [-0.2, -0.2, height, 9.3, 4.2, height + 0.2],
-  [-0.2, -0.2, 0, 0, 4.2, height],
-  [9.1, -0.2, 0, 9.3, 4.2, height],
-  [-0.2, -0.2, 0, 9.3, 0, height],
-  [-0.2, 4, 0, 9.3, 4.2, height],
+  [-0.2, -0.2, flatHeight, 9.3, 4.2, flatHeight + 0.2],
+  [-0.2, -0.2, 0, 0, 4.2, flatHeight],
+  [9.1, -0.2, 0, 9.3, 4.2, flatHeight],
+  [-0.2, -0.2, 0, 9.3, 0, flatHeight],
+  [-0.2, 4, 0, 9.3, 4.2, flatHeight],
   // The wall between the rooms, the door in it, its lintel.
-  [5, 0, 0, 5.1, 1.5, height],
-  [5, 2.5, 0, 5.1, 4, height],
-  [5, 1.5, 2.1, 5.1, 2.5, height],
+  [5, 0, 0, 5.1, 1.5, flatHeight],
+  [5, 2.5, 0, 5.1, 4, flatHeight],
+  [5, 1.5, 2.1, 5.1, 2.5, flatHeight],
   // A cupboard, a table, a shelf, a bed.
   [0, 3.4, 0, 1.6, 4, 2.0],
   [2.4, 0.5, 0.7, 3.6, 1.3, 0.76],
@@ -180,4 +182,66 @@ export class Surveyor {
     };
     return scan(there, 2 * Math.PI * random(), seed, this.things);
   }
+}
+
+// The walls of the flat as an architect drew them, without what stands in it: a grey PNG, `pixel` m a pixel, with
+// `border` pixels of paper around it.
+export const drawn = { pixel: 0.02, border: 20, left: -0.2, top: 4.2, width: 9.5, height: 4.4 };
+export function floorPlanPicture(): Uint8Array {
+  const [width, height] = [drawn.width, drawn.height].map((m) => Math.round(m / drawn.pixel) + 2 * drawn.border) as [
+    number,
+    number,
+  ];
+  const walls = flat.filter(([, , z0, , , z1]) => z0 === 0 && z1 === flatHeight);
+  const rows = Buffer.alloc((width + 1) * height, 255);
+  for (let y = 0; y < height; ++y) {
+    rows[y * (width + 1)] = 0;
+    for (let x = 0; x < width; ++x) {
+      const at = inFlat({ x: x + 0.5, y: y + 0.5 });
+      const isWall = walls.some(([x0, y0, , x1, y1]) => at.x > x0 && at.x < x1 && at.y > y0 && at.y < y1);
+      if (isWall) rows[y * (width + 1) + 1 + x] = 30;
+    }
+  }
+  const head = Buffer.alloc(13);
+  head.writeUInt32BE(width, 0);
+  head.writeUInt32BE(height, 4);
+  head[8] = 8;
+  const signature = Buffer.from([0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a]);
+  return Buffer.concat([
+    signature,
+    chunk("IHDR", head),
+    chunk("IDAT", deflateSync(rows)),
+    chunk("IEND", Buffer.alloc(0)),
+  ]);
+}
+
+// Between the picture's pixels, y down, and the flat, m.
+export function inFlat(pixel: { x: number; y: number }): { x: number; y: number } {
+  return {
+    x: drawn.left + (pixel.x - drawn.border) * drawn.pixel,
+    y: drawn.top - (pixel.y - drawn.border) * drawn.pixel,
+  };
+}
+export function inPicture(place: { x: number; y: number }): { x: number; y: number } {
+  return {
+    x: drawn.border + (place.x - drawn.left) / drawn.pixel,
+    y: drawn.border + (drawn.top - place.y) / drawn.pixel,
+  };
+}
+
+function chunk(type: string, data: Buffer): Buffer {
+  const named = Buffer.concat([Buffer.from(type, "latin1"), data]);
+  const [size, sum] = [Buffer.alloc(4), Buffer.alloc(4)];
+  size.writeUInt32BE(data.length);
+  sum.writeUInt32BE(crc32(named));
+  return Buffer.concat([size, named, sum]);
+}
+
+function crc32(bytes: Uint8Array): number {
+  let crc = 0xffffffff;
+  for (const byte of bytes) {
+    crc ^= byte;
+    for (let bit = 0; bit < 8; ++bit) crc = (crc >>> 1) ^ (crc & 1 ? 0xedb88320 : 0);
+  }
+  return (crc ^ 0xffffffff) >>> 0;
 }

@@ -285,6 +285,9 @@ test("files are told apart by how they begin, whatever they are called", () => {
   expect(kind("ply\nformat ascii 1.0")).toBe("points");
   expect(kind("\x01\x02", "a.fls")).toBe("vendor");
   expect(kind("\xff\xd8\xff\xe0")).toBe("photo");
+  // Bytes that a browser's decoders take for other signs.
+  expect(kind("\x89PNG\r\n\x1a\n")).toBe("photo");
+  expect(kind("\x1f\x8b\x08")).toBe("archive");
   expect(kind("\0\0\0\x18ftypheic")).toBe("photo");
   expect(kind("\0\0\0\x18ftypmp42")).toBe("video");
   expect(kind("%PDF-1.7")).toBe("document");

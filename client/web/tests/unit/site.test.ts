@@ -25,6 +25,7 @@ const empty: Site = {
   stations: [],
   rejections: [],
   uploads: [],
+  prior: undefined,
   plans: new Map(),
   sequence: 0n,
   modelVersion: 0n,
@@ -128,4 +129,15 @@ test("scans stand where an adjustment put them", () => {
   expect(adjusted.scans[0]!.state).toBe(ScanState.MERGED);
   expect(adjusted.modelVersion).toBe(9n);
   expect(adjusted.changed).toBe(70_000_000n);
+});
+
+test("a plan of the building is known from when it is set until it is taken out, and plans depend on it", () => {
+  count = 0n;
+  const sitePrior = { name: "sessions/s/sitePrior", displayName: "plan.png" };
+  const set = apply(empty, event({ case: "sitePriorSet", value: { sitePrior } }, 20));
+  expect(set.prior?.displayName).toBe("plan.png");
+  expect(set.changed).toBe(20_000_000n);
+  const cleared = apply(set, event({ case: "sitePriorCleared", value: { sitePrior } }, 30));
+  expect(cleared.prior).toBeUndefined();
+  expect(cleared.changed).toBe(30_000_000n);
 });
