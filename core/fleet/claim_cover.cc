@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -29,14 +30,16 @@ absl::StatusOr<CoveredView> MeasureCover(
     const model::PlanningView& model, const sensor::ScannerModel& scanner,
     const planning::PlanningConfig& config, const Eigen::Vector3d& position,
     std::span<const PledgedView> claims, parallel::Parallel& parallel,
-    std::optional<double> heading, std::span<const PledgedView> made) {
+    std::optional<double> heading, std::span<const PledgedView> made,
+    std::shared_ptr<const planning::ExpectedSite> site) {
   if (!position.allFinite()) {
     return absl::InvalidArgumentError("position must be finite (m, model frame)");
   }
   if (heading.has_value() && !std::isfinite(*heading)) {
     return absl::InvalidArgumentError("heading must be finite (rad)");
   }
-  const auto problem = planning::PlanningProblem::Prepare({model, scanner, config}, parallel);
+  const auto problem = planning::PlanningProblem::Prepare(
+      {model, scanner, config, nullptr, std::move(site)}, parallel);
   if (!problem.ok()) return problem.status();
   const planning::Scoring& scoring = (*problem)->scoring();
   const parallel::Budget budget = parallel::Budget::Unlimited();

@@ -135,8 +135,7 @@ class JointPlanner {
       if (of < classes_.size()) continue;
       auto problem = planning::PlanningProblem::Prepare(
           {model_, member.model, config_, classes_.empty() ? nullptr : &First(), request_.site},
-          parallel_,
-          parallel::Cancellation(budget_.cancelled));
+          parallel_, parallel::Cancellation(budget_.cancelled));
       if (!problem.ok()) return problem.status();
       if (classes_.empty()) joint_.plan = planning::BeginPlan(**problem);
       ScannerClass& mine = classes_.emplace_back();

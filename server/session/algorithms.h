@@ -73,7 +73,8 @@ struct Algorithms {
   std::function<absl::StatusOr<fleet::CoveredView>(
       const model::PlanningView&, const sensor::ScannerModel&, const planning::PlanningConfig&,
       const Eigen::Vector3d& position, std::span<const fleet::PledgedView> claims,
-      parallel::Parallel&, std::optional<double> heading, std::span<const fleet::PledgedView> made)>
+      parallel::Parallel&, std::optional<double> heading, std::span<const fleet::PledgedView> made,
+      std::shared_ptr<const planning::ExpectedSite>)>
       measure_cover;
   std::function<absl::StatusOr<fleet::StationForecast>(
       const model::PlanningView&, const sensor::ScannerModel&, const planning::PlanningConfig&,
@@ -84,7 +85,7 @@ struct Algorithms {
   std::function<absl::StatusOr<planning::Plan>(
       const model::PlanningView&, std::span<const planning::SettingOption>,
       const planning::PlanningConfig&, const parallel::Budget&, parallel::Parallel&,
-      planning::PlanProgress)>
+      planning::PlanProgress, std::shared_ptr<const planning::ExpectedSite>)>
       make_plan_choosing_setting;
   std::function<absl::StatusOr<registration::PoseComparison>(
       const model::PlanningView&, const sensor::Scan&, std::span<const Eigen::Isometry3d> poses,

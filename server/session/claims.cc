@@ -246,9 +246,11 @@ absl::StatusOr<Claims::Attempt> Claims::Measure(const PlanInputs& inputs,
   });
   attempt.covered.cover.by_claim.assign(claimed.size(), 0);
   if (claimed.empty() || inputs.model.view == nullptr) return attempt;
-  absl::StatusOr<fleet::CoveredView> covered =
-      dependencies_.algorithms.measure_cover(*inputs.model.view, inputs.scanner, inputs.config,
-                                             position, claimed, parallel, heading, made);
+  absl::StatusOr<SiteOfPlan> prior = SiteOf(model_, inputs, {});
+  if (!prior.ok()) return prior.status();
+  absl::StatusOr<fleet::CoveredView> covered = dependencies_.algorithms.measure_cover(
+      *inputs.model.view, inputs.scanner, inputs.config, position, claimed, parallel, heading, made,
+      std::move(prior->site));
   if (!covered.ok()) return covered.status();
   attempt.covered = *std::move(covered);
   return attempt;
@@ -266,6 +268,12 @@ void Claims::AddAlternative(const v1::Scanner& scanner, PlanInputs inputs,
     inputs.fleet.pledged.insert(inputs.fleet.pledged.end(), made.begin(), made.end());
   });
   inputs.config.candidates = 1;
+  const absl::StatusOr<SiteOfPlan> prior = SiteOf(model_, inputs, {});
+  if (!prior.ok()) {
+    conflict.set_no_alternative_message(std::string(prior.status().message()));
+    return;
+  }
+  inputs.fleet.site = prior->site;
   parallel::Budget budget = parallel::Budget::Seconds(kAlternativeSeconds);
   budget.work_limit = kAlternativeRays;
   const absl::StatusOr<fleet::JointPlan> plan =

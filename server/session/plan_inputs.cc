@@ -326,24 +326,25 @@ ProblemQuestion QuestionOf(const PlanInputs& inputs) {
   return {inputs.model.view, inputs.scanner, inputs.config, inputs.read_from};
 }
 
+absl::StatusOr<SiteOfPlan> SiteOf(ModelMemory& model, const PlanInputs& inputs,
+                                  const parallel::Cancellation& cancelled) {
+  if (!inputs.prior.has_value()) return SiteOfPlan{nullptr, inputs.memory};
+  const auto use = model.site_prior().Of(*inputs.prior, inputs.model.view, cancelled);
+  if (!use.ok()) return use.status();
+  auto with = WithPrior(model, inputs, **use);
+  if (!with.ok()) return with.status();
+  return SiteOfPlan{(*use)->site, *std::move(with)};
+}
+
 PlanningTask TaskOf(ModelMemory& model, const PlanInputs& inputs) {
   return {*inputs.model.view, inputs.scanner, inputs.config,
           [&model, &inputs](parallel::Parallel& parallel,
                             const parallel::Cancellation& cancelled) -> PreparedOr {
+            absl::StatusOr<SiteOfPlan> prior = SiteOf(model, inputs, cancelled);
+            if (!prior.ok()) return prior.status();
             ProblemQuestion question = QuestionOf(inputs);
-            std::shared_ptr<MemoryAccount::Reservation> memory = inputs.memory;
-            if (inputs.prior.has_value()) {
-              // A prior that cannot be used is told of by GetSitePrior; the plan goes without it.
-              // What passes is the plan's error: without the prior it would be another plan, and
-              // be kept as if it were this one.
-              const auto use = model.site_prior().Of(*inputs.prior, inputs.model.view, cancelled);
-              if (!use.ok()) return use.status();
-              auto with = WithPrior(model, inputs, **use);
-              if (!with.ok()) return with.status();
-              memory = *std::move(with);
-              question.site = (*use)->site;
-            }
-            return model.prepared().Of(question, std::move(memory), parallel, cancelled);
+            question.site = std::move(prior->site);
+            return model.prepared().Of(question, std::move(prior->memory), parallel, cancelled);
           }};
 }
 

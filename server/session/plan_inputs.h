@@ -78,6 +78,17 @@ absl::Status CheckSize(const PlanInputs& inputs);
 // Of a plan for one scanner, or of a what-if.
 ProblemQuestion QuestionOf(const PlanInputs& inputs);
 
+// What the session's prior shows of the site, and the memory of a plan with it. The site is null
+// where there is no prior, or it is not used, of which GetSitePrior tells. Errors as of
+// SitePriorUse::Of(), and RESOURCE_EXHAUSTED (MEMORY_SHORT): what passes is the plan's error, since
+// without the prior it would be another plan.
+struct SiteOfPlan {
+  std::shared_ptr<const planning::ExpectedSite> site;
+  std::shared_ptr<MemoryAccount::Reservation> memory;
+};
+absl::StatusOr<SiteOfPlan> SiteOf(ModelMemory& model, const PlanInputs& inputs,
+                                  const parallel::Cancellation& cancelled);
+
 // The problem of a plan for one scanner, or of a what-if: prepared already, or made when it is
 // asked for. Keeps the references.
 PlanningTask TaskOf(ModelMemory& model, const PlanInputs& inputs);

@@ -354,9 +354,20 @@ void Plans::Run(const std::shared_ptr<PlanRun>& run, const PlanInputs& inputs, a
   };
   absl::StatusOr<planning::Plan> made = planning::Plan();
   fleet::JointPlan joint;  // the assignments, without the plan itself
-  if (inputs.joint) {
+  // Plans of one scanner and setting come to it when their problem is prepared.
+  absl::StatusOr<SiteOfPlan> prior = SiteOfPlan();
+  if (inputs.joint || !inputs.settings.empty()) {
+    prior = SiteOf(model_, inputs, parallel::Cancellation(budget.cancelled));
+    // A plan that was cancelled says so itself.
+    if (absl::IsCancelled(prior.status())) prior = SiteOfPlan();
+  }
+  if (!prior.ok()) {
+    made = prior.status();
+  } else if (inputs.joint) {
+    fleet::FleetRequest request = inputs.fleet;
+    request.site = prior->site;
     absl::StatusOr<fleet::JointPlan> together = dependencies_.algorithms.make_joint_plan(
-        *inputs.model.view, inputs.fleet, inputs.config, budget, parallel, progress);
+        *inputs.model.view, request, inputs.config, budget, parallel, progress);
     if (together.ok()) {
       joint = *std::move(together);
       made = std::move(joint.plan);
@@ -364,8 +375,9 @@ void Plans::Run(const std::shared_ptr<PlanRun>& run, const PlanInputs& inputs, a
       made = together.status();
     }
   } else if (!inputs.settings.empty()) {
-    made = dependencies_.algorithms.make_plan_choosing_setting(
-        *inputs.model.view, inputs.settings, inputs.config, budget, parallel, progress);
+    made = dependencies_.algorithms.make_plan_choosing_setting(*inputs.model.view, inputs.settings,
+                                                               inputs.config, budget, parallel,
+                                                               progress, prior->site);
   } else {
     made = dependencies_.algorithms.make_plan(TaskOf(model_, inputs), budget, parallel, progress);
   }

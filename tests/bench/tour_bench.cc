@@ -37,8 +37,8 @@ constexpr double kStride = 2.0;  // m, from station to station of the walk with 
 constexpr double kHeight = 1.5;  // m
 constexpr double kCoarse = 1.5;  // degrees: a tablet's mesh knows shapes, and nothing at density
 // Of people and of the scenes for studies: what the study has.
-constexpr double kSpeed = 0.5;    // m/s
-constexpr double kSetUp = 60;     // s
+constexpr double kSpeed = 0.5;     // m/s
+constexpr double kSetUp = 60;      // s
 constexpr double kPreview = 0.25;  // degrees between the rays of scans
 
 // The study's instrument, at its usual setting.
@@ -191,10 +191,10 @@ class Tours {
                      stderr, "  %6.1f s: %s; %d candidates, least %d, %d would not register\n",
                      seconds, tour.message, tour.candidates, tour.fewest, tour.not_registering);
                  if (seen != nullptr) {
-                   seen->push_back({seconds,
-                                   static_cast<double>(std::clock() - processor_began) /
-                                       CLOCKS_PER_SEC,
-                                   tour.minutes, tour.reaches_goal});
+                   seen->push_back(
+                       {seconds,
+                        static_cast<double>(std::clock() - processor_began) / CLOCKS_PER_SEC,
+                        tour.minutes, tour.reaches_goal});
                  }
                })
         .value();

@@ -43,8 +43,8 @@ class SitePriorPlanTest : public ::testing::Test {
     const auto standing = site_prior::Judge(*view_, **prior);
     ASSERT_TRUE(standing.ok() && standing->used()) << standing.status();
     site_ = planning::ExpectedSite::Of(*standing->space).value();
-    const auto problem = planning::PlanningProblem::Prepare(
-        {*view_, scanner_, config_, nullptr, site_}, pool_);
+    const auto problem =
+        planning::PlanningProblem::Prepare({*view_, scanner_, config_, nullptr, site_}, pool_);
     ASSERT_TRUE(problem.ok()) << problem.status();
     alone_ = planning::MakePlan(**problem, budget_, pool_, [](const planning::Plan&) {});
     ASSERT_FALSE(alone_.views.empty());
@@ -82,8 +82,8 @@ TEST_F(SitePriorPlanTest, AJointPlanExpectsWhatAPlanDoes) {
 TEST_F(SitePriorPlanTest, AChoiceOfSettingsExpectsWhatAPlanDoes) {
   const std::vector<planning::SettingOption> one = {{"only", scanner_, 1}};
   const planning::Plan chosen =
-      planning::MakePlanChoosingSetting(*view_, one, config_, budget_, pool_,
-                                        [](const planning::Plan&) {}, site_)
+      planning::MakePlanChoosingSetting(
+          *view_, one, config_, budget_, pool_, [](const planning::Plan&) {}, site_)
           .value();
   ASSERT_FALSE(chosen.views.empty());
   EXPECT_EQ(chosen.views[0].position, alone_.views[0].position);

@@ -150,8 +150,9 @@ class SitePriorsTest : public testing::Test {
     session.WaitUntilIdle();
   }
   // The plan when it has ended.
-  static v1::Plan Plan(Session& session) {
+  static v1::Plan Plan(Session& session, v1::Ranking ranking = v1::RANKING_UNSPECIFIED) {
     v1::CreatePlanRequest request;
+    request.mutable_plan()->set_ranking(ranking);
     request.mutable_plan()->set_work_limit_rays(300'000);
     const auto created = session.plans().Create(request);
     EXPECT_TRUE(created.ok()) << created.status();
@@ -328,8 +329,16 @@ TEST_F(SitePriorsTest, PlansBeforeTheFirstScanAndIsAlignedByIt) {
   const v1::Plan second = Plan(*session_);
   ASSERT_EQ(second.state(), v1::PLAN_STATE_SUCCEEDED) << second.state_message();
 
+  // Plans for several scanners, and by minutes, count on it, too.
+  const v1::Plan with = Plan(*session_, v1::RANKING_SCORE_PER_MINUTE);
+  ASSERT_EQ(with.state(), v1::PLAN_STATE_SUCCEEDED) << with.state_message();
+  ASSERT_GT(with.result().refused_size(), 0) << with.result().message();
   ASSERT_TRUE(Clear(*session_).ok());
   EXPECT_EQ(Get(*session_).status().code(), absl::StatusCode::kNotFound);
+  const v1::Plan after = Plan(*session_, v1::RANKING_SCORE_PER_MINUTE);
+  ASSERT_GT(after.result().refused_size(), 0) << after.result().message();
+  EXPECT_NE(with.result().refused(0).expected_gain_m2(),
+            after.result().refused(0).expected_gain_m2());
 }
 
 TEST_F(SitePriorsTest, IsThereAfterARestartAndInAnArchiveAndGoneWhenItIsTakenOut) {
