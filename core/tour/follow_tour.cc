@@ -25,10 +25,10 @@ using planning::RankedView;
 // Views around a station that are scored exactly, besides the one nearest to it: a flat's take a
 // hundredth of a second each.
 constexpr size_t kScoredAround = 6;
-// Stations that are looked at, by the one best view, when the budget has ended before one was
-// found: who follows a tour is better served late than by a view that follows none. Each costs a
-// prediction and two exact scores.
-constexpr size_t kMostLate = 2;
+// Stations that are looked at, by the one best view of each, when the budget has ended before one
+// was found: who follows a tour is better served late than by a view that follows none. Each costs
+// a prediction, and the one that registers two exact scores.
+constexpr size_t kMostLate = 8;
 
 // The scores that a plan's map has, as the evaluation that it was made of.
 planning::Evaluation EvaluationOf(const planning::Plan& plan,
