@@ -279,6 +279,13 @@ class Follower {
     if (!views.empty() && views[0].position == view.position) {
       followed.otherwise = 0;
       followed.message += " is the first view without the tour, too";
+      // Its gain was not known where the plan's time was short.
+      if (!views[0].gain_without_hidden.has_value() && view.gain_without_hidden.has_value()) {
+        view.enables = views[0].enables;
+        view.doors = std::move(views[0].doors);
+        views[0] = std::move(view);
+        planning::ViewReport::NameFallback(views);
+      }
       return;
     }
     if (views.empty()) {
