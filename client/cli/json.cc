@@ -94,4 +94,22 @@ absl::Status SetField(Message& message, const std::string& path, const std::stri
   return absl::OkStatus();
 }
 
+absl::StatusOr<std::pair<std::string, std::string>> ParseAssignment(const std::string& assignment) {
+  const size_t equals = assignment.find('=');
+  if (equals == std::string::npos) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--set '", assignment, "' is not of the form PATH=VALUE"));
+  }
+  return std::pair(assignment.substr(0, equals), assignment.substr(equals + 1));
+}
+
+absl::Status SetFields(Message& message, const std::vector<std::string>& assignments) {
+  for (const std::string& assignment : assignments) {
+    const auto parsed = ParseAssignment(assignment);
+    if (!parsed.ok()) return parsed.status();
+    if (absl::Status set = SetField(message, parsed->first, parsed->second); !set.ok()) return set;
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace vantage::cli

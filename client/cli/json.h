@@ -6,8 +6,11 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 
 namespace vantage::cli {
 
@@ -32,6 +35,12 @@ absl::Status FromJson(const std::string& text, const std::string& what,
 // be.
 absl::Status SetField(google::protobuf::Message& message, const std::string& path,
                       const std::string& value);
+
+// What --set is given, PATH=VALUE, apart. INVALID_ARGUMENT: it is not of that form.
+absl::StatusOr<std::pair<std::string, std::string>> ParseAssignment(const std::string& assignment);
+// Sets fields by such assignments, in their order.
+absl::Status SetFields(google::protobuf::Message& message,
+                       const std::vector<std::string>& assignments);
 
 }  // namespace vantage::cli
 

@@ -10,11 +10,11 @@
 #include "client/cli/command.h"
 #include "client/cli/json.h"
 #include "client/cli/picture_storey.h"
+#include "client/cli/picture_walls.h"
 #include "client/cli/scan_sending.h"
 #include "client/library/geometry.h"
 #include "client/library/resource_names.h"
 #include "client/picture/job_picture.h"
-#include "client/picture/surface_ply.h"
 #include "client/simulated_job/plan_marks.h"
 
 namespace vantage::cli {
@@ -74,19 +74,8 @@ absl::StatusOr<ExitCode> RunPicture(Environment& environment, const PictureArgum
   if (!storey.ok()) return storey.status();
   const bool all = !storey->storey.has_value();
 
-  // FAILED_PRECONDITION while no scan is in the model.
-  v1::ExportModelRequest export_surface;
-  export_surface.set_name(session);
-  export_surface.set_format(v1::EXPORT_FORMAT_SURFACE_PLY);
-  const auto bytes = client.ExportBytes(export_surface);
-  if (!bytes.ok()) return bytes.status();
-  auto surfaces = picture::ParseSurfacePly(*bytes);
+  auto surfaces = WallsOfStorey(client, session, *storey);
   if (!surfaces.ok()) return surfaces.status();
-  if (!all) {
-    std::erase_if(*surfaces, [&](const picture::SurfaceElement& element) {
-      return !storey->HasSurface(element.position.z());
-    });
-  }
 
   const v1::Session& job = got_session->session();
   picture::JobPicture picture;

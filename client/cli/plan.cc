@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <optional>
@@ -8,6 +9,7 @@
 #include "client/cli/json.h"
 #include "client/cli/report.h"
 #include "client/cli/terminal.h"
+#include "client/cli/tour_file.h"
 #include "client/library/duration.h"
 #include "client/library/resource_names.h"
 
@@ -25,6 +27,7 @@ struct PlanArguments {
   std::string preset;
   std::string setting;
   bool choose_setting = false;
+  std::string tour;
   std::vector<std::string> set;
   bool json = false;
   bool full = false;
@@ -45,16 +48,21 @@ absl::StatusOr<v1::CreatePlanRequest> RequestFrom(const PlanArguments& arguments
   plan.set_setting(arguments.setting);
   plan.set_choose_setting(arguments.choose_setting);
   if (arguments.rank == "per-minute") plan.set_ranking(v1::RANKING_SCORE_PER_MINUTE);
-  for (const std::string& assignment : arguments.set) {
-    const size_t equals = assignment.find('=');
-    if (equals == std::string::npos) {
-      return absl::InvalidArgumentError("--set '" + assignment + "' is not of the form PATH=VALUE");
+  if (!arguments.tour.empty()) {
+    const auto stations = ReadTourStations(arguments.tour);
+    if (!stations.ok()) return stations.status();
+    if (stations->empty()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("--tour ", arguments.tour, ": the tour has no stops to follow"));
     }
-    if (absl::Status status = SetField(*plan.mutable_config_overrides(),
-                                       assignment.substr(0, equals), assignment.substr(equals + 1));
-        !status.ok()) {
-      return status;
+    // The server takes so many, and they are more than a few days' work.
+    constexpr size_t kMost = 256;
+    for (size_t k = 0; k < std::min(kMost, stations->size()); ++k) {
+      *plan.add_tour_stations() = (*stations)[k];
     }
+  }
+  if (absl::Status set = SetFields(*plan.mutable_config_overrides(), arguments.set); !set.ok()) {
+    return set;
   }
   return request;
 }
@@ -113,6 +121,7 @@ void AddPlan(CLI::App& parent, Environment& environment) {
       "  vantage plan flat --budget 0.2 --json\n"
       "  vantage plan flat --work 20000000 --seed 7      (repeatable to the byte)\n"
       "  vantage plan flat --scanners red,blue,green --rank per-minute\n"
+      "  vantage tour flat --json > tour.json; vantage plan flat --tour tour.json\n"
       "  vantage plan flat --set max_view_count=3 --set weights.hole_boundary=0",
       [](CLI::App& command, PlanArguments& a) {
         command.add_option("SESSION", a.session, "The job")->required();
@@ -137,6 +146,12 @@ void AddPlan(CLI::App& parent, Environment& environment) {
             .add_flag("--choose-setting", a.choose_setting,
                       "Choose each view's setting by what it gains for each minute")
             ->excludes(setting);
+        command
+            .add_option("--tour", a.tour,
+                        "FILE: a tour (vantage tour --json) that is followed: the stop that brings "
+                        "most by now goes first, where it still pays and registers")
+            ->excludes("--scanners")
+            ->excludes("--choose-setting");
         command
             .add_option("--set", a.set,
                         "PATH=VALUE, repeatable: planning configuration for this plan only")

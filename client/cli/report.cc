@@ -540,6 +540,7 @@ std::string PlanReport(const v1::Plan& plan) {
                             100 * door.overlap_share());
     }
   }
+  if (r.has_followed_tour()) absl::StrAppend(&out, "tour: ", r.followed_tour().message(), "\n");
   if (r.has_joint()) out += JointReport(r);
   for (const v1::RankedView& view : r.refused()) {
     if (!view.has_target_advice()) continue;

@@ -105,16 +105,10 @@ absl::StatusOr<std::vector<std::string>> ApplySettings(const SessionSettings& se
     if (!status.ok()) return status;
   }
   for (const std::string& assignment : settings.set) {
-    const size_t equals = assignment.find('=');
-    if (equals == std::string::npos) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("--set '", assignment, "' is not of the form PATH=VALUE"));
-    }
-    if (absl::Status status =
-            SetOne(assignment.substr(0, equals), assignment.substr(equals + 1), session, paths);
-        !status.ok()) {
-      return status;
-    }
+    const auto parsed = ParseAssignment(assignment);
+    if (!parsed.ok()) return parsed.status();
+    const absl::Status status = SetOne(parsed->first, parsed->second, session, paths);
+    if (!status.ok()) return status;
   }
   return std::vector<std::string>(paths.begin(), paths.end());
 }

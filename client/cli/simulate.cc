@@ -655,11 +655,18 @@ void DefineSimulate(CLI::App& command, SimulateArguments& a) {
       ->check(CLI::Range(10.0, 360.0))
       ->excludes(scanners);
   command.add_option("--density", a.job.required_density, "Required density, samples / m^2 [2500]");
+  auto* late = command
+                   .add_option("--late", a.late,
+                               "Scans that are made before the data of one reach the server; their "
+                               "stations are told at once [0]")
+                   ->check(CLI::Range(0, 100));
   command
-      .add_option("--late", a.late,
-                  "Scans that are made before the data of one reach the server; their stations "
-                  "are told at once [0]")
-      ->check(CLI::Range(0, 100));
+      .add_option("--tour", a.job.tour_seconds,
+                  "Before every plan a tour of what is left is made for so many seconds, and "
+                  "followed")
+      ->check(CLI::Range(0.1, 600.0))
+      ->excludes(scanners)
+      ->excludes(late);
   command
       .add_option("--prior", a.prior,
                   "A prior of the site, sent after the first scan: the scene's own mesh, its floor "

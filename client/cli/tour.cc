@@ -10,15 +10,15 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
 #include "client/cli/command.h"
-#include "client/cli/file.h"
 #include "client/cli/json.h"
 #include "client/cli/picture_storey.h"
+#include "client/cli/picture_walls.h"
 #include "client/cli/terminal.h"
+#include "client/cli/tour_file.h"
 #include "client/cli/tour_report.h"
 #include "client/library/duration.h"
 #include "client/library/geometry.h"
 #include "client/library/resource_names.h"
-#include "client/picture/surface_ply.h"
 #include "client/picture/tour_picture.h"
 
 namespace vantage::cli {
@@ -90,24 +90,12 @@ absl::StatusOr<v1::CreateTourRequest> RequestFrom(const TourArguments& arguments
     if (absl::Status read = AddHours(hours, wish); !read.ok()) return read;
   }
   if (!arguments.previous.empty()) {
-    const auto text = ReadFile(arguments.previous);
-    if (!text.ok()) return text.status();
-    v1::Tour before;
-    if (absl::Status read = FromJson(*text, arguments.previous, before); !read.ok()) return read;
-    for (const v1::TourStop& stop : before.stops()) {
-      *wish.add_previous_stations() = stop.position();
-    }
+    const auto stations = ReadTourStations(arguments.previous);
+    if (!stations.ok()) return stations.status();
+    for (const v1::Vector3& station : *stations) *wish.add_previous_stations() = station;
   }
-  for (const std::string& assignment : arguments.set) {
-    const size_t equals = assignment.find('=');
-    if (equals == std::string::npos) {
-      return absl::InvalidArgumentError("--set '" + assignment + "' is not of the form PATH=VALUE");
-    }
-    if (absl::Status status = SetField(*wish.mutable_config_overrides(),
-                                       assignment.substr(0, equals), assignment.substr(equals + 1));
-        !status.ok()) {
-      return status;
-    }
+  if (absl::Status set = SetFields(*wish.mutable_config_overrides(), arguments.set); !set.ok()) {
+    return set;
   }
   return request;
 }
@@ -129,24 +117,12 @@ absl::Status DrawTour(Environment& environment, const TourArguments& arguments,
   if (tour.stops_size() > 0) first_z = tour.stops(0).position().z();
   const auto storey = ChooseStorey(coverage->storeys(), arguments.storey, first_z);
   if (!storey.ok()) return storey.status();
-  v1::ExportModelRequest export_surface;
-  export_surface.set_name(session);
-  export_surface.set_format(v1::EXPORT_FORMAT_SURFACE_PLY);
-  const auto bytes = client.ExportBytes(export_surface);
-  absl::StatusOr<std::vector<picture::SurfaceElement>> surfaces =
-      std::vector<picture::SurfaceElement>();
-  if (bytes.ok()) {
-    surfaces = picture::ParseSurfacePly(*bytes);
-  } else if (!absl::IsFailedPrecondition(bytes.status())) {  // before the first scan: no walls
-    return bytes.status();
+  auto surfaces = WallsOfStorey(client, session, *storey);
+  if (absl::IsFailedPrecondition(surfaces.status())) {  // before the first scan: no walls
+    surfaces = std::vector<picture::SurfaceElement>();
   }
   if (!surfaces.ok()) return surfaces.status();
   const bool all = !storey->storey.has_value();
-  if (!all) {
-    std::erase_if(*surfaces, [&](const picture::SurfaceElement& element) {
-      return !storey->HasSurface(element.position.z());
-    });
-  }
   picture::TourPicture picture;
   const std::string& name = job->session().display_name();
   picture.title = name.empty() ? client::IdOf(session) : name;
@@ -230,8 +206,10 @@ void AddTour(CLI::App& parent, Environment& environment) {
         command.add_option(
             "--goal", a.goal,
             "Of what can be brought to density, so much is wanted, % [what is worth a scan]");
-        command.add_option("--minutes", a.minutes, "What is left of the day or the battery, min");
-        command.add_option("--scans", a.scans, "Scans that are left, of all scanners together");
+        auto* minutes = command.add_option("--minutes", a.minutes,
+                                           "What is left of the day or the battery, min");
+        auto* scans =
+            command.add_option("--scans", a.scans, "Scans that are left, of all scanners together");
         command.add_option("--day", a.day,
                            "A day's work, min; what is left is done on the next one");
         command
@@ -239,8 +217,11 @@ void AddTour(CLI::App& parent, Environment& environment) {
                         "REGION=FROM-UNTIL, repeatable: when one of the site's regions is open, "
                         "min after the beginning")
             ->allow_extra_args(false);
-        command.add_option("--previous", a.previous,
-                           "FILE: an earlier tour (--json), of which what still pays is kept");
+        command
+            .add_option("--previous", a.previous,
+                        "FILE: an earlier tour (--json), of which what still pays is kept")
+            ->excludes(minutes)
+            ->excludes(scans);
         auto* budget = command.add_option("--budget", a.budget, "Time the search may take, s [30]");
         command.add_option("--work", a.work, "Work it may take, rays, instead of time")
             ->excludes(budget);

@@ -108,6 +108,7 @@ std::optional<SimulatedJob::Next> SimulatedJob::NextPosition(const v1::Plan& pla
     result.why = absl::StrCat("the planner suggests to stop: ", answer.termination().message());
     if (options_.heed_termination) return std::nullopt;
   }
+  if (answer.has_followed_tour()) notes.push_back(answer.followed_tour().message());
   if (const v1::RankedView* chosen = Choose(answer, options_.choice); chosen != nullptr) {
     if (chosen->has_floor_measured() && !chosen->floor_measured()) {
       notes.emplace_back("the floor below the next place was not measured");

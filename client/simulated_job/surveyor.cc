@@ -20,6 +20,7 @@ using Eigen::Vector3d;
 constexpr double kBlockedRadius = 0.3;  // m around a place where nobody can stand
 constexpr double kLostRadius = 0.4;     // m around a place whose scan was lost
 constexpr int kLargerBudgets = 8;       // plans tried
+constexpr size_t kMostFollowed = 256;   // stations of a tour, as a plan takes them
 
 PlacementErrors ErrorsOf(const JobOptions& options) {
   return {options.seed, options.scanner.positioning_error, options.heading_error, options.tilt,
@@ -226,9 +227,32 @@ absl::StatusOr<bool> Surveyor::IsBlocked(const Placement& placement) {
   return true;
 }
 
+absl::Status Surveyor::MakeTour() {
+  v1::CreateTourRequest request;
+  request.set_parent(session_);
+  v1::TourWish& wish = *request.mutable_wish();
+  *wish.mutable_config_overrides() = options_.plan_overrides;
+  *wish.mutable_time_budget() = client::DurationOf(*options_.tour_seconds);
+  for (const v1::Vector3& station : tour_) *wish.add_previous_stations() = station;
+  tour_.clear();
+  const auto tour = client_.CreateTour(request, [&](const v1::Tour& so_far) {
+    say_(absl::StrCat("planning the tour: ", so_far.message()));
+  });
+  if (absl::IsFailedPrecondition(tour.status())) return absl::OkStatus();  // nowhere to stand
+  if (!tour.ok()) return tour.status();
+  for (const v1::TourStop& stop : tour->stops()) tour_.push_back(stop.position());
+  if (tour_.size() > kMostFollowed) tour_.resize(kMostFollowed);
+  return absl::OkStatus();
+}
+
 absl::StatusOr<PlanMade> Surveyor::Plan(const std::vector<std::string>& scanners,
                                         v1::Ranking ranking, std::optional<uint64_t> work) {
   PlanMade made;
+  if (options_.tour_seconds.has_value()) {
+    const auto began = std::chrono::steady_clock::now();
+    if (absl::Status toured = MakeTour(); !toured.ok()) return toured;
+    made.seconds = SecondsSince(began);
+  }
   double seconds = options_.plan_seconds;
   if (!work) work = options_.plan_work;
   for (; made.attempts < kLargerBudgets; seconds *= 2) {
@@ -237,6 +261,7 @@ absl::StatusOr<PlanMade> Surveyor::Plan(const std::vector<std::string>& scanners
     for (const std::string& scanner : scanners) request.mutable_plan()->add_scanners(scanner);
     request.mutable_plan()->set_ranking(ranking);
     request.mutable_plan()->set_seed(options_.seed);
+    for (const v1::Vector3& station : tour_) *request.mutable_plan()->add_tour_stations() = station;
     *request.mutable_plan()->mutable_config_overrides() = options_.plan_overrides;
     if (work) {
       request.mutable_plan()->set_work_limit_rays(*work);

@@ -53,6 +53,8 @@ struct JobOptions {
   // that is short of time cannot rule out what it did not look at. 0: the plans are taken as they
   // are.
   uint64_t last_plan_work = 0;
+  // s, of a tour that is made anew before every plan, which follows it; nothing: there is no tour.
+  std::optional<double> tour_seconds;
   bool heed_termination = true;  // false: goes on as long as there are views
   // Of the site, sent after the first scan; its verdicts are among the notes. Nothing: none.
   std::optional<ScenePriorKind> site_prior;
@@ -136,6 +138,9 @@ class Surveyor {
   const Eigen::Isometry3d& T_scene_world() const { return T_scene_world_; }
 
  private:
+  // Makes the tour that plans follow, of what is left to do; keeps of the one before what still
+  // pays.
+  absl::Status MakeTour();
   absl::Status Push(const Placement& placement, const std::string& by, MadeScan& made);
   absl::Status AlignAgain(const Placement& placement, MadeScan& made);
   absl::Status GiveUpOn(MadeScan& made);
@@ -152,6 +157,7 @@ class Surveyor {
   std::string session_;
   Eigen::Isometry3d T_scene_world_ = Eigen::Isometry3d::Identity();
   std::vector<Eigen::Vector3d> stations_;  // m, world, of merged scans
+  std::vector<v1::Vector3> tour_;          // m, world, stations of the tour that plans follow
 };
 
 }  // namespace vantage::simulated_job

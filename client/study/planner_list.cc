@@ -44,6 +44,12 @@ std::vector<StudyPlanner> MakePlanners() {
         "with its floor plan as a picture, roughly placed: walls without furniture");
   prior("ours-prior-wrong", simulated_job::ScenePriorKind::kWrong,
         "with its mesh turned by half a turn as a prior");
+  constexpr double kTourSeconds = 3;
+  all.push_back(Ours("ours-tour", "following a tour of what is left, made anew before every plan"));
+  all.back().tour_seconds = kTourSeconds;
+  prior("ours-prior-tour", simulated_job::ScenePriorKind::kTrue,
+        "with the scene's mesh as a prior, following a tour as ours-tour does");
+  all.back().tour_seconds = kTourSeconds;
   all.push_back(Ours("ours-overlap", "the best view with enough overlap, whatever its shape"));
   all.back().choice = simulated_job::ViewChoice::kOverlap;
   all.push_back(Ours("ours-unchecked", "the best view, whether it will register or not"));

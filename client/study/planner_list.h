@@ -27,7 +27,8 @@ struct StudyPlanner {
   v1::PlanningConfig overrides;  // of the default configuration
   simulated_job::ViewChoice choice = simulated_job::ViewChoice::kRegistrable;
   std::optional<simulated_job::ScenePriorKind> site_prior;  // set after the first scan
-  bool asked_about_best = false;  // after every scan: its answer about the truly best position
+  std::optional<double> tour_seconds;  // of one core: a tour before every plan, which follows it
+  bool asked_about_best = false;       // after every scan: its answer about the truly best position
 };
 
 // Every planner there is, ours first.

@@ -75,6 +75,7 @@ absl::Status RunOurs(const StudyScene& scene, const StudyPlanner& planner, uint6
   site.start = scene.StartFor(seed);
   simulated_job::JobOptions options = OptionsFor(scene, planner, seed);
   options.site_prior = planner.site_prior;
+  options.tour_seconds = planner.tour_seconds;
   simulated_job::SimulatedJob job(client, site, options, scene.scanner(), scene.truth(), parallel);
   ScanMade next;  // notes on the next scan, made when it is planned
   const auto result = job.Run([&](const simulated_job::Cycle& cycle) -> absl::Status {

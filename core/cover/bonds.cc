@@ -1,6 +1,7 @@
 #include "core/cover/bonds.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 namespace vantage::cover {
@@ -61,6 +62,33 @@ std::vector<uint8_t> Needed(const Instance& instance, const std::vector<Index>& 
   needed[root] = children_of_root > 1 ? 1 : 0;
   needed.resize(count);
   return needed;
+}
+
+// Whether all stations are reached over links from those that are anchored, or from one of them
+// where none has to be.
+template <typename Station, typename Anchored, typename Linked>
+bool AllReached(std::vector<Station> left, bool rooted, Anchored anchored, Linked linked) {
+  if (left.empty()) return true;
+  std::vector<Station> reached;
+  if (rooted) {
+    std::copy_if(left.begin(), left.end(), std::back_inserter(reached), anchored);
+    std::erase_if(left, anchored);
+  } else {
+    reached.push_back(left.back());
+    left.pop_back();
+  }
+  for (size_t head = 0; head < reached.size(); ++head) {
+    for (size_t k = 0; k < left.size();) {
+      if (linked(reached[head], left[k])) {
+        reached.push_back(left[k]);
+        left[k] = left.back();
+        left.pop_back();
+      } else {
+        ++k;
+      }
+    }
+  }
+  return left.empty();
 }
 
 }  // namespace
@@ -124,37 +152,28 @@ bool Bonds::MayReplace(size_t slot, Index candidate) const {
 }
 
 bool HangTogether(const Instance& instance, const std::vector<Index>& stations) {
-  if (stations.empty()) return true;
-  std::vector<Index> left = stations;
-  std::vector<Index> met;
-  if (instance.rooted) {
-    for (const Index i : left) {
-      if (instance.anchored[i] != 0) met.push_back(i);
-    }
-    std::erase_if(left, [&](Index i) { return instance.anchored[i] != 0; });
-  } else {
-    met.push_back(left.back());
-    left.pop_back();
-  }
-  for (size_t head = 0; head < met.size(); ++head) {
-    for (size_t k = 0; k < left.size();) {
-      if (instance.Linked(met[head], left[k])) {
-        met.push_back(left[k]);
-        left[k] = left.back();
-        left.pop_back();
-      } else {
-        ++k;
-      }
-    }
-  }
-  return left.empty();
+  return AllReached(
+      stations, instance.rooted, [&](Index i) { return instance.anchored[i] != 0; },
+      [&](Index a, Index b) { return instance.Linked(a, b); });
+}
+
+bool HangTogether(const CoverProblem& problem, const std::vector<uint32_t>& stations) {
+  return AllReached(
+      stations, !problem.anchored.empty(),
+      [&](uint32_t i) {
+        return std::find(problem.anchored.begin(), problem.anchored.end(), i) !=
+               problem.anchored.end();
+      },
+      [&](uint32_t a, uint32_t b) {
+        return std::binary_search(problem.links[a].begin(), problem.links[a].end(), b);
+      });
 }
 
 std::vector<Index> InOrder(const Instance& instance, const std::vector<Index>& stations) {
   std::vector<Index> left = stations;
   std::sort(left.begin(), left.end());
   std::vector<Index> order;
-  ElementSet covered((instance.elements() + 63) / 64, 0);
+  ElementSet covered = EmptySet(instance.elements());
   std::vector<uint8_t> reached(instance.candidates(), 0);
   while (!left.empty()) {
     size_t best = left.size();
@@ -164,12 +183,7 @@ std::vector<Index> InOrder(const Instance& instance, const std::vector<Index>& s
       const bool free_first = !instance.rooted && order.empty();
       if (!free_first && instance.anchored[i] == 0 && reached[i] == 0) continue;
       int64_t gain = 0;
-      const ElementSet& set = instance.covers[i];
-      for (size_t word = 0; word < set.size(); ++word) {
-        for (uint64_t bits = set[word] & ~covered[word]; bits != 0; bits &= bits - 1) {
-          gain += instance.weights[64 * word + static_cast<size_t>(__builtin_ctzll(bits))];
-        }
-      }
+      ForEachBeyond(instance.covers[i], covered, [&](size_t e) { gain += instance.weights[e]; });
       if (gain > most) {
         most = gain;
         best = k;
@@ -179,9 +193,7 @@ std::vector<Index> InOrder(const Instance& instance, const std::vector<Index>& s
     const Index next = left[best];
     left.erase(left.begin() + static_cast<std::ptrdiff_t>(best));
     order.push_back(next);
-    for (size_t word = 0; word < covered.size(); ++word) {
-      covered[word] |= instance.covers[next][word];
-    }
+    Unite(covered, instance.covers[next]);
     for (const Index i : instance.links[next]) reached[i] = 1;
   }
   return order;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/cover/choice.h"
+#include "core/cover/cover_problem.h"
 
 namespace vantage::cover {
 
@@ -34,6 +35,7 @@ class Bonds {
 
 // Whether stations hang together, as a CoverProblem has it.
 bool HangTogether(const Instance& instance, const std::vector<Index>& stations);
+bool HangTogether(const CoverProblem& problem, const std::vector<uint32_t>& stations);
 
 // The same stations so that each is anchored or linked with one before it, of those the one next
 // that adds most. They hang together.

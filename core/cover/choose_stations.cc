@@ -24,11 +24,10 @@ constexpr double kShareForBound = 0.2;  // of what is left of the budget
 Cover MakeCover(const CoverProblem& problem, const Instance& instance,
                 const std::vector<Index>& stations) {
   Cover cover;
-  ElementSet covered((problem.weights.size() + 63) / 64, 0);
+  ElementSet covered = EmptySet(problem.weights.size());
   for (const Index i : InOrder(instance, stations)) {
     cover.stations.push_back(instance.number[i]);
-    const ElementSet& set = problem.covers[instance.number[i]];
-    for (size_t word = 0; word < set.size(); ++word) covered[word] |= set[word];
+    Unite(covered, problem.covers[instance.number[i]]);
   }
   ForEach(covered, [&](size_t e) { cover.weight += problem.weights[e]; });
   return cover;
@@ -108,6 +107,7 @@ absl::StatusOr<FewestStations> ChooseFewest(const CoverProblem& problem, double 
   const Instance* best = nullptr;
   std::vector<Index> stations;
   size_t least = SIZE_MAX;
+  bool covers = false;  // `stations` cover what is wanted
   for (const Instance& instance : instances) {
     if (instance.whole < wanted) continue;
     const Greedy greedy = ChooseGreedily(instance, wanted, instance.candidates(), meter);
@@ -124,10 +124,16 @@ absl::StatusOr<FewestStations> ChooseFewest(const CoverProblem& problem, double 
       meter.Resume(part);
     }
     least = std::min(least, bound);
-    if (best != nullptr && chosen.size() >= stations.size()) continue;
+    // Where the budget was cancelled on the way, what covers less than is wanted is better than
+    // nothing.
+    const bool these_cover = Choice(instance, chosen).covered() >= wanted;
+    const bool fewer = !covers || chosen.size() < stations.size();
+    if (best != nullptr && !(these_cover && fewer)) continue;
     best = &instance;
+    covers = these_cover;
     stations = std::move(chosen);
   }
+  fewest.complete = fewest.complete && covers;
   ExchangeSearch search(*best, meter);
   while (stations.size() > std::max<size_t>(least, 1) && !meter.Over()) {
     const std::vector<Index> fewer = search.Cover(WithoutOne(*best, stations), wanted);

@@ -15,12 +15,15 @@ namespace vantage::cover {
 struct FewestStations {
   Cover cover;
   size_t least = 0;  // no choice that covers the goal has fewer; cover.stations.size() when proven
-  bool complete = true;  // false: the goal is out of reach, and `cover` is all that can be had
+  // False: the goal is out of reach, and `cover` is all that can be had; or the budget was
+  // cancelled before even the greedy choice covered it.
+  bool complete = true;
 };
 
 // The fewest stations that cover `goal` (m^2, within 1e-9 of all weight): greedy first, then local
-// search while the budget lasts. Greedy is had whatever the budget is, also after it was cancelled;
-// with a work limit the result is the same on any machine. A unit of work is one candidate looked
+// search while the budget lasts. Greedy is had whatever time or work is left, since there
+// has to be an answer, unless the budget is cancelled: then it is what was chosen by then. With a
+// work limit the result is the same on any machine. A unit of work is one candidate looked
 // at for one element, some nanoseconds. Out of reach: as few as are found that cover all that can
 // be covered by stations that hang together. INVALID_ARGUMENT: the problem contradicts itself; the
 // message names the field.

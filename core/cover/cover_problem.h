@@ -7,10 +7,9 @@
 #include <cstdint>
 #include <vector>
 
-namespace vantage::cover {
+#include "core/cover/element_set.h"
 
-// Elements of surface: bit i % 64 of word i / 64 stands for element i.
-using ElementSet = std::vector<uint64_t>;
+namespace vantage::cover {
 
 // Chosen stations hang together where each registers to what was there before, or to a station
 // before it.

@@ -80,12 +80,8 @@ int64_t Adds(const Instance& instance, const ElementSet& covered, const std::vec
   int64_t gain = 0;
   for (const Index i : way) {
     const ElementSet& set = instance.covers[i];
-    for (size_t word = 0; word < set.size(); ++word) {
-      for (uint64_t bits = set[word] & ~together[word]; bits != 0; bits &= bits - 1) {
-        gain += instance.weights[64 * word + static_cast<size_t>(__builtin_ctzll(bits))];
-      }
-      together[word] |= set[word];
-    }
+    ForEachBeyond(set, together, [&](size_t e) { gain += instance.weights[e]; });
+    Unite(together, set);
   }
   return gain;
 }
@@ -122,16 +118,14 @@ Greedy ChooseGreedily(const Instance& instance, int64_t goal, size_t most, Meter
                       const std::vector<Index>& from) {
   Greedy greedy;
   Choice choice(instance);
-  ElementSet covered((instance.elements() + 63) / 64, 0);
+  ElementSet covered = EmptySet(instance.elements());
   const auto take = [&](Index i) {
     choice.Add(i);
     greedy.stations.push_back(i);
-    for (size_t word = 0; word < covered.size(); ++word) {
-      covered[word] |= instance.covers[i][word];
-    }
+    Unite(covered, instance.covers[i]);
   };
   for (const Index i : from) take(i);
-  while (choice.covered() < goal && choice.size() < most) {
+  while (choice.covered() < goal && choice.size() < most && !meter.Cancelled()) {
     greedy.least = std::max(greedy.least, FewestThatAdd(choice.Gains(), goal - choice.covered()));
     const std::vector<Index> way = BestWay(choice, covered, most - choice.size(), meter);
     if (way.empty()) break;

@@ -22,8 +22,8 @@ struct Greedy {
 
 // Takes what adds most for each station each time: the candidate itself or, where it lies further
 // off, with those on the way to it. Ends when `goal` (quanta) is covered, `most` stations are
-// chosen or nothing adds anything. Goes on to its end whatever the meter says, which takes a few
-// hundredths of a second in the largest problems.
+// chosen, nothing adds anything, or the meter's budget is cancelled. Time and work do not end it,
+// since an answer has to come of it: it takes a few hundredths of a second in the largest problems.
 //
 // `from`: stations that are chosen already.
 Greedy ChooseGreedily(const Instance& instance, int64_t goal, size_t most, Meter& meter,

@@ -47,16 +47,6 @@ struct Instance {
 // cover nothing there is none. `goal` (m^2) is left out of account.
 std::vector<Instance> MakeInstances(const CoverProblem& problem);
 
-// Calls fn(element) for each element of a set.
-template <typename Fn>
-void ForEach(const ElementSet& set, Fn fn) {
-  for (size_t word = 0; word < set.size(); ++word) {
-    for (uint64_t bits = set[word]; bits != 0; bits &= bits - 1) {
-      fn(64 * word + static_cast<size_t>(__builtin_ctzll(bits)));
-    }
-  }
-}
-
 }  // namespace vantage::cover
 
 #endif  // VANTAGE_CORE_COVER_INSTANCE_H_

@@ -16,6 +16,8 @@ class Meter {
   void Add(uint64_t work) { done_ += work; }
   uint64_t done() const { return done_; }
   bool Over() const { return done_ >= budget_.work_limit || budget_.Expired(); }
+  // Nobody waits for an answer, not even a poor one.
+  bool Cancelled() const { return budget_.cancelled.stop_requested(); }
 
   // A meter for a share of what is left, which has done what this one has; Resume() takes over what
   // it did.

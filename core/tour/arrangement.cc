@@ -27,22 +27,22 @@ Arranger::Arranger(const planning::PlanningProblem& problem, const TourRequest& 
 
 bool Arranger::Linked(uint32_t a, uint32_t b) const {
   const std::vector<uint32_t>& links = table_.cover().links[a];
-  return std::binary_search(links.begin(), links.end(), b) && !struck_.contains(Pair(a, b));
+  return std::binary_search(links.begin(), links.end(), b) && !removed_links_.contains(Pair(a, b));
 }
 
 bool Arranger::Anchored(uint32_t candidate) const {
   const std::vector<uint32_t>& anchored = table_.cover().anchored;
   return std::binary_search(anchored.begin(), anchored.end(), candidate) &&
-         !loose_.contains(candidate);
+         !not_anchored_.contains(candidate);
 }
 
 cover::CoverProblem Arranger::Links() const {
   cover::CoverProblem left = table_.cover();
-  for (const auto& [a, b] : struck_) {
+  for (const auto& [a, b] : removed_links_) {
     std::erase(left.links[a], b);
     std::erase(left.links[b], a);
   }
-  for (const uint32_t candidate : loose_) std::erase(left.anchored, candidate);
+  for (const uint32_t candidate : not_anchored_) std::erase(left.anchored, candidate);
   return left;
 }
 
@@ -154,7 +154,7 @@ void Arranger::Schedule(std::span<const uint32_t> stations, size_t steps,
         for (size_t i = 0; i < sight.elements.size(); ++i) {
           if (seen[sight.elements[i]] != 0) share += sight.share[i];
         }
-        if (table_.overlap().Holds(sight, seen)) order.anchored[k] = 1;
+        if (table_.overlap().MayRegister(sight, seen)) order.anchored[k] = 1;
         if (order.May(0, k) && share > most) {
           most = share;
           strongest = k;
@@ -170,7 +170,7 @@ void Arranger::Schedule(std::span<const uint32_t> stations, size_t steps,
       }
       order.anchored[strongest] = 1;
     }
-    // What was struck out changes little: the order before is where the search begins.
+    // What was removed changes little: the order before is where the search begins.
     const bool again = day == 0 && made.stations == left && !made.routes.empty();
     // All days together take a few times what one does.
     const size_t of_day = steps / static_cast<size_t>(day + 1);
@@ -205,8 +205,8 @@ bool Arranger::Check(const parallel::Budget& budget, parallel::Parallel& paralle
   struct Judged {
     std::optional<registration::RegistrationVerdict> verdict;
     uint64_t rays = 0;
-    std::vector<uint64_t> seen;  // bits, of what the stop sees
-    bool given = false;          // not for the first time
+    cover::ElementSet seen;  // of what the stop sees
+    bool given = false;      // not for the first time
   };
   std::vector<Judged> judged(made.stops.size());
   parallel.For(made.stops.size(), [&](size_t k) {
@@ -225,9 +225,9 @@ bool Arranger::Check(const parallel::Budget& budget, parallel::Parallel& paralle
     }
     // Another order leaves most stops what they had.
     const std::vector<uint32_t>& sees = table_.sight(stop.candidate).elements;
-    judged[k].seen.assign((sees.size() + 63) / 64, 0);
+    judged[k].seen = cover::EmptySet(sees.size());
     for (size_t i = 0; i < sees.size(); ++i) {
-      if (seen[sees[i]] != 0) judged[k].seen[i / 64] |= uint64_t{1} << (i % 64);
+      if (seen[sees[i]] != 0) cover::Insert(judged[k].seen, i);
     }
     const auto given = verdicts_.find(std::pair(stop.candidate, judged[k].seen));
     if (given != verdicts_.end()) {
@@ -252,11 +252,11 @@ bool Arranger::Check(const parallel::Budget& budget, parallel::Parallel& paralle
     }
     if (stop.verdict.registered()) continue;
     all = false;
-    if (Anchored(stop.candidate)) loose_.insert(stop.candidate);
+    if (Anchored(stop.candidate)) not_anchored_.insert(stop.candidate);
     for (const ArrangedStop& other : made.stops) {
       if (EndsAfter(other.end, stop.start) || &other == &stop) continue;
       if (Linked(stop.candidate, other.candidate)) {
-        struck_.insert(Pair(stop.candidate, other.candidate));
+        removed_links_.insert(Pair(stop.candidate, other.candidate));
       }
     }
   }
@@ -275,10 +275,11 @@ Arrangement Arranger::Arrange(std::span<const uint32_t> stations, size_t steps,
       made.finished = false;
       break;
     }
-    const size_t struck = struck_.size() + loose_.size();
+    const size_t removed = removed_links_.size() + not_anchored_.size();
     const bool all = Check(budget, parallel, made);
     // An order by the same links would be the same order.
-    settled = settled || round + 1 >= kOrders || struck_.size() + loose_.size() == struck;
+    settled =
+        settled || round + 1 >= kOrders || removed_links_.size() + not_anchored_.size() == removed;
     // Where a room is closed whenever a scanner could be in it, or nothing ties a station to the
     // rest, no order helps.
     std::vector<uint32_t> drop;

@@ -53,10 +53,10 @@ struct Arrangement {
 };
 
 // Orders stations, asks of every one what step F would say when its turn comes, and orders them
-// anew where one would not register then, with what it relied on struck out. References are kept.
+// anew where one would not register then, with what it relied on removed. References are kept.
 class Arranger {
  public:
-  // What the checks strike out of the table's links and anchors stays out.
+  // What the checks remove of the table's links and anchors stays away.
   Arranger(const planning::PlanningProblem& problem, const TourRequest& request,
            const TourTable& table, Ways& ways);
 
@@ -80,7 +80,7 @@ class Arranger {
   // Routes on one day, into `made`; returns the stations that the day is too short for.
   std::vector<uint32_t> AddDay(const OrderProblem& order, const Routes& routes,
                                std::span<const uint32_t> stations, int day, Arrangement& made);
-  // False when some do not register, whose reliances are struck out.
+  // False when some do not register, whose reliances are removed.
   bool Check(const parallel::Budget& budget, parallel::Parallel& parallel, Arrangement& made);
 
   const planning::PlanningProblem& problem_;
@@ -89,8 +89,8 @@ class Arranger {
   Ways& ways_;
   // Links by which a station would not register, smaller first, and candidates that are not
   // anchored after all.
-  absl::flat_hash_set<std::pair<uint32_t, uint32_t>> struck_;
-  absl::flat_hash_set<uint32_t> loose_;
+  absl::flat_hash_set<std::pair<uint32_t, uint32_t>> removed_links_;
+  absl::flat_hash_set<uint32_t> not_anchored_;
   // Verdicts that were given: by candidate and, of all that it sees, what others had seen before.
   absl::flat_hash_map<std::pair<uint32_t, std::vector<uint64_t>>, registration::RegistrationVerdict>
       verdicts_;

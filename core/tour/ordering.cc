@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 #include <utility>
 
 namespace vantage::tour {
@@ -16,25 +17,22 @@ constexpr size_t kNeighbours = 5;
 // a thousand stations may take so many.
 constexpr double kImpossible = 1000;
 constexpr size_t kStepsBetweenPolls = 256;
-constexpr double kHottest = 4;  // minutes
+// The annealing's temperature at its beginning and at its end, minutes, above 0: a change that
+// costs so much more is accepted once in e times. At first that is a change of storey or a walk
+// across a large hall and back; in the end a second, less than any plan is kept to.
+constexpr double kHottest = 4;
 constexpr double kColdest = 0.02;
 constexpr size_t kLongestMove = 3;  // stations
 
-// SplitMix64: the same on every machine.
+// The same on every machine, as the standard's distributions are not.
 class Draws {
  public:
-  explicit Draws(uint64_t seed) : state_(seed) {}
-  uint64_t Bits() {
-    uint64_t x = state_ += 0x9E3779B97F4A7C15u;
-    x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9u;
-    x = (x ^ (x >> 27)) * 0x94D049BB133111EBu;
-    return x ^ (x >> 31);
-  }
-  size_t Below(size_t count) { return static_cast<size_t>(Bits() % count); }
-  double Uniform() { return static_cast<double>(Bits() >> 11) * 0x1p-53; }
+  explicit Draws(uint64_t seed) : bits_(seed) {}
+  size_t Below(size_t count) { return static_cast<size_t>(bits_() % count); }
+  double Uniform() { return static_cast<double>(bits_() >> 11) * 0x1p-53; }
 
  private:
-  uint64_t state_;
+  std::mt19937_64 bits_;
 };
 
 bool AnyAnchored(const OrderProblem& problem) {
@@ -200,9 +198,9 @@ Routes Exactly(const OrderProblem& problem) {
     return problem.storey[a] == problem.storey[b] ? 0 : kChangeOfStorey;
   };
   const size_t sets = size_t{1} << n;
-  std::vector<size_t> holds(n, 0);  // by station, the set of those that it registers to
+  std::vector<size_t> linked(n, 0);  // by station, the set of those that it registers to
   for (size_t i = 0; i < n; ++i) {
-    for (const uint32_t j : problem.links[i]) holds[i] |= size_t{1} << j;
+    for (const uint32_t j : problem.links[i]) linked[i] |= size_t{1} << j;
   }
   std::vector<double> cost(sets * n, kNoWay);
   std::vector<uint8_t> before(sets * n, 0);
@@ -217,7 +215,7 @@ Routes Exactly(const OrderProblem& problem) {
       if (!std::isfinite(so_far)) continue;
       for (size_t to = 0; to < n; ++to) {
         if ((set >> to & 1) != 0) continue;
-        if (problem.anchored[to] == 0 && (holds[to] & set) == 0) continue;
+        if (problem.anchored[to] == 0 && (linked[to] & set) == 0) continue;
         const double reached = so_far + problem.walk[at][to] / problem.speed[0] + change(at, to);
         double& best = cost[(set | size_t{1} << to) * n + to];
         if (reached >= best) continue;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "core/model/view/voxel.h"
@@ -11,8 +12,9 @@
 namespace vantage::tour {
 namespace {
 
-// Of the weakest of three directions that surface faces, in what overlaps: less leaves a slide.
-// A corridor's two walls and its floor have ends of a twentieth.
+// Least share, in (0, 1/3), of the weakest of the three directions that surface faces, in what
+// overlaps: less leaves a slide. Where a corridor's two walls and its floor are all that is seen
+// its ends are a twentieth; they have to do.
 constexpr float kWeakestDirection = 0.02F;
 constexpr uint32_t kEveryNth = 4;  // element of a pair
 
@@ -21,14 +23,14 @@ sensor::ScannerModel AtAnyIncidence(sensor::ScannerModel scanner) {
   return scanner;
 }
 
-// Share of overlap, and which ways it faces.
-class Hold {
+// The share of a scan that overlaps, and which ways it faces.
+class OverlapSum {
  public:
   void Add(float share, const Eigen::Vector3f& normal) {
     share_ += share;
     facing_ += share * normal * normal.transpose();
   }
-  bool Enough(double least_share) const {
+  bool Suffices(double least_share) const {
     if (share_ < static_cast<float>(least_share)) return false;
     Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> solver;
     solver.computeDirect(facing_, Eigen::EigenvaluesOnly);
@@ -71,6 +73,17 @@ absl::StatusOr<OverlapTable> OverlapTable::Create(const planning::PlanningProble
     indices.push_back(i);
     areas.push_back(cell.area);
   }
+  // Thinned as the model's surface, and further where there is more of it than that has: at the
+  // beginning of a large job hardly anything is measured, and nearly all is false.
+  const double left = static_cast<double>(indices.size()) / table.surface_.weight();
+  const auto every = static_cast<size_t>(std::ceil(std::max(1.0, left / (kMostFalse - 1))));
+  for (size_t k = 0; every > 1 && k * every < indices.size(); ++k) {
+    indices[k] = indices[k * every];
+    areas[k] = areas[k * every];
+  }
+  indices.resize((indices.size() + every - 1) / every);
+  areas.resize(indices.size());
+  table.false_weight_ = static_cast<float>(every);
   table.false_ = table.surface_.Thinned(all, indices, areas);
   for (size_t i = 0; i < table.false_.size(); ++i) {
     table.known_.push_back(0);
@@ -114,7 +127,7 @@ std::optional<OverlapTable::Seen> OverlapTable::See(const Candidate& candidate,
     seen.at.push_back(model + i);
     seen.elements.push_back({{false_.x[i], false_.y[i], false_.z[i]},
                              {false_.nx[i], false_.ny[i], false_.nz[i]},
-                             samples[i],
+                             false_weight_ * samples[i],
                              1});
   }
   return seen;
@@ -135,30 +148,32 @@ std::optional<OverlapTable::Sight> OverlapTable::SightFrom(const Candidate& cand
   return sight;
 }
 
-bool OverlapTable::Holds(const Sight& sight, const std::vector<uint8_t>& seen) const {
-  Hold hold;
+bool OverlapTable::MayRegister(const Sight& sight, const std::vector<uint8_t>& seen) const {
+  OverlapSum overlap;
   for (size_t k = 0; k < sight.elements.size(); ++k) {
     const uint32_t i = sight.elements[k];
-    if (seen[i] != 0) hold.Add(sight.share[k], normals_[i]);
+    if (seen[i] != 0) overlap.Add(sight.share[k], normals_[i]);
   }
-  return hold.Enough(least_share_);
+  return overlap.Suffices(least_share_);
 }
 
 bool OverlapTable::AnyKnown() const {
   return std::any_of(known_.begin(), known_.end(), [](uint8_t known) { return known != 0; });
 }
 
-bool OverlapTable::HoldsOnKnown(const Sight& sight) const { return Holds(sight, known_); }
+bool OverlapTable::MayRegisterToKnown(const Sight& sight) const {
+  return MayRegister(sight, known_);
+}
 
 bool OverlapTable::Linked(const Sight& a, const Sight& b) const {
-  Hold of_a;
-  Hold of_b;
+  OverlapSum of_a;
+  OverlapSum of_b;
   size_t i = 0;
   size_t j = 0;
-  const auto known = [&](const Sight& sight, size_t k, Hold& hold) {
+  const auto known = [&](const Sight& sight, size_t k, OverlapSum& sum) {
     const uint32_t element = sight.elements[k];
     if (element % kEveryNth == 0 && known_[element] != 0) {
-      hold.Add(kEveryNth * sight.share[k], normals_[element]);
+      sum.Add(kEveryNth * sight.share[k], normals_[element]);
     }
   };
   while (i < a.elements.size() && j < b.elements.size()) {
@@ -178,7 +193,7 @@ bool OverlapTable::Linked(const Sight& a, const Sight& b) const {
   }
   for (; i < a.elements.size(); ++i) known(a, i, of_a);
   for (; j < b.elements.size(); ++j) known(b, j, of_b);
-  return of_a.Enough(least_share_) && of_b.Enough(least_share_);
+  return of_a.Suffices(least_share_) && of_b.Suffices(least_share_);
 }
 
 std::optional<registration::RegistrationVerdict> OverlapTable::Judge(

@@ -24,6 +24,10 @@ namespace vantage::tour {
 // Thread safe.
 class OverlapTable {
  public:
+  // Elements of false surface, at most: half as many as there may be of the model's, since less
+  // rests on them.
+  static constexpr size_t kMostFalse = 8'000;
+
   // CANCELLED when that was requested on the way.
   static absl::StatusOr<OverlapTable> Create(const planning::PlanningProblem& problem,
                                              parallel::Parallel& parallel,
@@ -46,8 +50,8 @@ class OverlapTable {
   // Whether a scan of `sight` could be aligned to the elements in `seen` (one flag each; absent:
   // all that are known), by its share of overlap and the directions that this faces alone: what a
   // verdict begins with, without its bound and without rivals.
-  bool Holds(const Sight& sight, const std::vector<uint8_t>& seen) const;
-  bool HoldsOnKnown(const Sight& sight) const;
+  bool MayRegister(const Sight& sight, const std::vector<uint8_t>& seen) const;
+  bool MayRegisterToKnown(const Sight& sight) const;
   // The same of two scans, both ways, each with what is known besides; every fourth element counts.
   bool Linked(const Sight& a, const Sight& b) const;
 
@@ -72,6 +76,7 @@ class OverlapTable {
   const planning::PlanningProblem& problem_;
   planning::OverlapSurface surface_;
   planning::CellArrays false_;
+  float false_weight_ = 1;                // elements of the same size that one of these stands for
   std::vector<uint8_t> known_;            // by element
   std::vector<Eigen::Vector3f> normals_;  // unit, by element
   double least_share_ = 0;                // of overlap

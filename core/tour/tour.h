@@ -17,6 +17,11 @@
 
 namespace vantage::tour {
 
+// A view no farther than this from a station is the station, m: the stations of a tour lie on
+// other viewcells when the model has grown, and nobody sets a tripod up more exactly than a few
+// decimetres.
+inline constexpr double kSamePlace = 0.5;
+
 // A room that is locked but for some hours: who stands in it does so within them.
 struct RoomHours {
   planning::RequiredRegion room;  // name, outline and heights count
@@ -38,7 +43,8 @@ struct TourRequest {
   // overlap with what was seen is strongest.
   std::optional<double> day;
   // Stations of an earlier tour that were not made yet, in their order (m, model frame). What still
-  // pays of it is kept, unless a tour without it is shorter by more than one scan.
+  // pays of it is kept, unless a tour without it is shorter by more than one scan. Goes neither
+  // with minutes or scans nor with scanners that see a sector, whose headings it does not say.
   std::vector<Eigen::Vector3d> previous;
   // Places that are chosen from, at most.
   size_t most_candidates = 1000;

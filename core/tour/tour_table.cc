@@ -1,7 +1,6 @@
 #include "core/tour/tour_table.h"
 
 #include <algorithm>
-#include <bit>
 #include <optional>
 #include <utility>
 
@@ -11,7 +10,6 @@
 namespace vantage::tour {
 namespace {
 
-constexpr size_t kWord = 64;
 // Of what a cell gains when it comes to the required density: from half on it counts as brought to
 // it, since what is just short of it is so by rounding.
 constexpr float kCountsAsThere = 0.5F;
@@ -47,7 +45,7 @@ std::optional<cover::ElementSet> Brought(const planning::PlanningProblem& proble
                                          const Candidate& candidate, const GainElements& elements,
                                          const parallel::Budget& budget, uint64_t& rays) {
   const planning::CellArrays& cells = elements.cells;
-  cover::ElementSet brought((elements.weights.size() + kWord - 1) / kWord, 0);
+  cover::ElementSet brought = cover::EmptySet(elements.weights.size());
   if (elements.weights.empty()) return brought;
   std::vector<float> scores(cells.size());
   const planning::ViewScore score =
@@ -58,7 +56,7 @@ std::optional<cover::ElementSet> Brought(const planning::PlanningProblem& proble
                        cells, scores);
   for (size_t i = 0; i < elements.weights.size(); ++i) {
     const float all = cells.factor[i] * (cells.enough[i] - cells.q[i]);
-    if (scores[i] >= kCountsAsThere * all) brought[i / kWord] |= uint64_t{1} << (i % kWord);
+    if (scores[i] >= kCountsAsThere * all) cover::Insert(brought, i);
   }
   return brought;
 }
@@ -91,7 +89,7 @@ absl::Status TourTable::Add(std::span<const Candidate> candidates, const paralle
     Row& row = rows[k];
     row.brought = Brought(problem_, fresh[k], elements_, budget, row.rays);
     if (row.brought.has_value()) row.sight = overlap_.SightFrom(fresh[k], budget, row.rays);
-    if (row.sight.has_value()) row.anchored = overlap_.HoldsOnKnown(*row.sight);
+    if (row.sight.has_value()) row.anchored = overlap_.MayRegisterToKnown(*row.sight);
   });
   absl::Status stopped = absl::CancelledError("the tour's table");
   for (const Row& row : rows) {
@@ -130,20 +128,14 @@ absl::Status TourTable::Add(std::span<const Candidate> candidates, const paralle
 }
 
 cover::ElementSet TourTable::Covered(std::span<const uint32_t> stations) const {
-  cover::ElementSet covered((elements_.weights.size() + kWord - 1) / kWord, 0);
-  for (const uint32_t station : stations) {
-    for (size_t w = 0; w < covered.size(); ++w) covered[w] |= cover_.covers[station][w];
-  }
+  cover::ElementSet covered = cover::EmptySet(elements_.weights.size());
+  for (const uint32_t station : stations) cover::Unite(covered, cover_.covers[station]);
   return covered;
 }
 
 double TourTable::Weight(const cover::ElementSet& covered) const {
   double weight = 0;
-  for (size_t w = 0; w < covered.size(); ++w) {
-    for (uint64_t bits = covered[w]; bits != 0; bits &= bits - 1) {
-      weight += elements_.weights[w * kWord + static_cast<size_t>(std::countr_zero(bits))];
-    }
-  }
+  cover::ForEach(covered, [&](size_t i) { weight += elements_.weights[i]; });
   return weight;
 }
 

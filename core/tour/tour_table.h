@@ -1,5 +1,5 @@
-// What each candidate of a tour would bring, and which of them hold on to each other: what its
-// stations are chosen by (algorithm.md section 12, 'The table').
+// What each candidate of a tour would bring, and which of them could be aligned with each other:
+// what its stations are chosen by (algorithm.md section 12, 'The table').
 #ifndef VANTAGE_CORE_TOUR_TOUR_TABLE_H_
 #define VANTAGE_CORE_TOUR_TOUR_TABLE_H_
 

@@ -1,14 +1,11 @@
 #include "core/tour/worth_curve.h"
 
 #include <algorithm>
-#include <bit>
 #include <limits>
 #include <optional>
 
 namespace vantage::tour {
 namespace {
-
-constexpr size_t kBits = 64;
 
 Routes Without(const Routes& routes, uint32_t station) {
   Routes fewer = routes;
@@ -20,12 +17,7 @@ Routes Without(const Routes& routes, uint32_t station) {
 double Loss(const cover::ElementSet& covers, std::span<const uint16_t> times,
             std::span<const double> weights) {
   double loss = 0;
-  for (size_t w = 0; w < covers.size(); ++w) {
-    for (uint64_t bits = covers[w]; bits != 0; bits &= bits - 1) {
-      const size_t i = w * kBits + static_cast<size_t>(std::countr_zero(bits));
-      if (times[i] == 1) loss += weights[i];
-    }
-  }
+  cover::ForEach(covers, [&](size_t i) { loss += times[i] == 1 ? weights[i] : 0; });
   return loss;
 }
 
@@ -41,12 +33,8 @@ std::vector<WorthStep> WorthCurve(const OrderProblem& problem, Routes routes,
   std::sort(left.begin(), left.end());
   std::vector<uint16_t> times(weights.size(), 0);
   const auto count = [&](uint32_t station, int by) {
-    for (size_t w = 0; w < covers[station].size(); ++w) {
-      for (uint64_t bits = covers[station][w]; bits != 0; bits &= bits - 1) {
-        uint16_t& here = times[w * kBits + static_cast<size_t>(std::countr_zero(bits))];
-        here = static_cast<uint16_t>(here + by);
-      }
-    }
+    cover::ForEach(covers[station],
+                   [&](size_t i) { times[i] = static_cast<uint16_t>(times[i] + by); });
   };
   for (const uint32_t station : left) count(station, 1);
   double area = 0;

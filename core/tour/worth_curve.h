@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "core/cover/cover_problem.h"
+#include "core/cover/element_set.h"
 #include "core/parallel/budget.h"
 #include "core/tour/ordering.h"
 

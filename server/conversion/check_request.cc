@@ -34,6 +34,8 @@ constexpr double kLatestOpening = 10000 * 3600.0;  // s
 constexpr int kMaxTourScanners = 16;
 constexpr int kMaxRoomHours = 64;
 constexpr int kMaxPreviousStations = 1000;
+// Of a plan: days of work. The log keeps them with every plan.
+constexpr int kMaxTourStations = 256;
 constexpr int kMaxTourScans = 10000;
 constexpr int kFewestTourCandidates = 10;
 constexpr int kMostTourCandidates = 2000;
@@ -288,6 +290,14 @@ absl::Status CheckRequest(const v1::CreatePlanRequest& request) {
   }
   if (!v1::Ranking_IsValid(asked.ranking())) {
     violations.Add("plan.ranking", "must be RANKING_SCORE or RANKING_SCORE_PER_MINUTE");
+  }
+  if (asked.tour_stations_size() > kMaxTourStations) {
+    violations.Add("plan.tour_stations",
+                   absl::StrCat("has ", asked.tour_stations_size(), " entries, at most ",
+                                kMaxTourStations, " fit: give those that come next"));
+  }
+  for (int i = 0; i < std::min(asked.tour_stations_size(), kMaxTourStations); ++i) {
+    ReadVector(asked.tour_stations(i), absl::StrCat("plan.tour_stations[", i, "]"), violations);
   }
   return violations.ToStatus();
 }

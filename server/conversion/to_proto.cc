@@ -572,6 +572,16 @@ v1::PlanResult WritePlanResult(const planning::Plan& plan, const v1::PlanningCon
   for (const planning::NarrowWay& way : plan.narrow_ways) {
     *out.add_narrow_ways() = WriteNarrowWay(way, origin);
   }
+  if (plan.followed_tour.has_value()) {
+    v1::FollowedTour& followed = *out.mutable_followed_tour();
+    followed.set_message(plan.followed_tour->message);
+    if (plan.followed_tour->station.has_value()) {
+      followed.set_station_index(static_cast<int32_t>(*plan.followed_tour->station));
+    }
+    if (plan.followed_tour->otherwise.has_value()) {
+      followed.set_otherwise_view_index(static_cast<int32_t>(*plan.followed_tour->otherwise));
+    }
+  }
   if (plan.coverage.has_value()) {
     *out.mutable_coverage() = WriteCoverage(*plan.coverage, density, origin);
   }

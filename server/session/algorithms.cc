@@ -7,8 +7,16 @@
 #include "core/planning/openings/measure_coverage.h"
 #include "core/planning/outcome.h"
 #include "core/registration/place_and_register.h"
+#include "core/tour/follow_tour.h"
 
 namespace vantage::session {
+namespace {
+
+// Of a plan's time, that is left for following a tour: a station takes some hundredths of a second
+// in a flat.
+constexpr double kShareOfFollowing = 0.2;
+
+}  // namespace
 
 Algorithms Algorithms::Core() {
   const auto make_plan = [](const PlanningTask& task, const parallel::Budget& budget,
@@ -19,7 +27,14 @@ Algorithms Algorithms::Core() {
       return planning::EndedPreparing(problem.status().message(), task.model, task.config, budget);
     }
     if (!problem.ok()) return problem.status();
-    return fleet::MakePlanLookingAhead(**problem, budget, parallel, progress);
+    if (task.tour_stations.empty()) {
+      return fleet::MakePlanLookingAhead(**problem, budget, parallel, progress);
+    }
+    parallel::Budget shorter = budget;
+    shorter.deadline = budget.Part(1 - kShareOfFollowing, 0).deadline;
+    planning::Plan plan = fleet::MakePlanLookingAhead(**problem, shorter, parallel, progress);
+    tour::FollowTour(**problem, task.tour_stations, budget.Concluding(), parallel, plan);
+    return plan;
   };
   const auto evaluate_view =
       [](const PlanningTask& task, const Eigen::Vector3d& position, parallel::Parallel& parallel,

@@ -43,6 +43,8 @@ struct PlanningTask {
   std::function<absl::StatusOr<std::shared_ptr<const planning::PlanningProblem>>(
       parallel::Parallel&, const parallel::Cancellation&)>
       prepare;
+  // Of a tour that a plan follows, in their order, m, model frame; empty: it follows none.
+  std::span<const Eigen::Vector3d> tour_stations = {};
 };
 
 struct Algorithms {

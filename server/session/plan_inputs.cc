@@ -188,6 +188,7 @@ absl::StatusOr<PlanInputs> ReadInputsOfPlan(SessionContext& context, ModelMemory
   if (!inputs.ok()) return inputs;
   absl::Status possible = AddFleet(context, request, *inputs);
   if (possible.ok()) possible = UseSetting(asked, *inputs);
+  if (possible.ok()) possible = UseTour(asked, context.origin(), *inputs);
   if (possible.ok()) possible = CheckSize(*inputs);
   if (!possible.ok()) return possible;
   const conversion::PlanBudget budget = conversion::ReadPlanBudget(asked);
@@ -315,6 +316,30 @@ absl::Status UseSetting(const v1::Plan& plan, PlanInputs& inputs) {
   return possible.ok() ? possible : contract::InvalidField(field, possible.message());
 }
 
+absl::Status UseTour(const v1::Plan& plan, const Eigen::Vector3d& origin, PlanInputs& inputs) {
+  if (plan.tour_stations().empty()) return absl::OkStatus();
+  constexpr char kField[] = "plan.tour_stations";
+  if (plan.scanners_size() > 0) {
+    return contract::InvalidField(
+        kField,
+        "does not go with named scanners; plan for each alone, by its scanner_model_id, with the "
+        "stops that the tour has for it");
+  }
+  if (inputs.joint) {
+    return contract::InvalidField(
+        kField,
+        "does not go with active claims, stations whose scans have not come, or a ranking by "
+        "minutes");
+  }
+  if (!inputs.settings.empty()) {
+    return contract::InvalidField(kField, "does not go with choose_setting");
+  }
+  for (const v1::Vector3& station : plan.tour_stations()) {
+    inputs.tour_stations.push_back(conversion::ReadOwnVector(station) - origin);
+  }
+  return absl::OkStatus();
+}
+
 absl::Status CheckSize(const PlanInputs& inputs) {
   absl::Status fits =
       fleet::CheckJointPlanSize(*inputs.model.view, inputs.config, inputs.scanner_models);
@@ -345,7 +370,8 @@ PlanningTask TaskOf(ModelMemory& model, const PlanInputs& inputs) {
             ProblemQuestion question = QuestionOf(inputs);
             question.site = std::move(prior->site);
             return model.prepared().Of(question, std::move(prior->memory), parallel, cancelled);
-          }};
+          },
+          inputs.tour_stations};
 }
 
 absl::Status ReserveMemory(const ModelMemory& model, PlanInputs& inputs) {

@@ -44,6 +44,7 @@ struct PlanInputs {
   std::vector<std::string> claims;    // names of the claims in fleet.pledged
   std::vector<std::string> stations;  // names of the stations that follow there
   std::vector<planning::SettingOption> settings;       // to choose from; empty: no choice
+  std::vector<Eigen::Vector3d> tour_stations;          // of a tour that is followed, m, model frame
   std::shared_ptr<MemoryAccount::Reservation> memory;  // given back with the last copy
   int64_t memory_of_prior = 0;  // bytes of that for what the site's prior adds
 };
@@ -71,6 +72,10 @@ absl::Status UseSetting(const v1::Plan& plan, PlanInputs& inputs);
 // unknown or impossible.
 absl::Status AddFleet(const SessionContext& context, const v1::CreatePlanRequest& request,
                       PlanInputs& inputs);
+
+// Heeds the tour that a plan follows; after AddFleet() and UseSetting(). INVALID_ARGUMENT: the plan
+// asks for something else that does not go with it.
+absl::Status UseTour(const v1::Plan& plan, const Eigen::Vector3d& origin, PlanInputs& inputs);
 
 // RESOURCE_EXHAUSTED (PLAN_TOO_LARGE), as the plan itself would be refused.
 absl::Status CheckSize(const PlanInputs& inputs);

@@ -98,6 +98,7 @@ absl::StatusOr<v1::Plan> Plans::Create(const v1::CreatePlanRequest& request) {
         plan.set_setting(asked.setting());
         plan.set_choose_setting(asked.choose_setting());
         plan.set_seed(inputs->config.seed);
+        *plan.mutable_tour_stations() = asked.tour_stations();
         if (asked.has_config_overrides()) {
           *plan.mutable_config_overrides() = asked.config_overrides();
         }

@@ -140,6 +140,11 @@ absl::StatusOr<Tours::Inputs> Tours::Read(const v1::TourWish& wish) {
     members.push_back(conversion::ReadFleetMember(alone, described, context_.origin()));
   }
   for (fleet::FleetMember& member : members) member.model = inputs.plan.scanner;
+  if (!inputs.request.previous.empty() && !inputs.plan.scanner.TurnsAllAround()) {
+    return contract::InvalidField(
+        "wish.previous_stations",
+        "goes with scanners that turn all around; it does not say where others face");
+  }
   inputs.request.scanners = std::move(members);
   inputs.plan.scanners = std::move(names);
   if (absl::Status fits = CheckSize(inputs.plan); !fits.ok()) return fits;

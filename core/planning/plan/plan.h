@@ -12,6 +12,7 @@
 #include "core/model/view/planning_view.h"
 #include "core/planning/plan/copy_on_write_vector.h"
 #include "core/planning/plan/coverage.h"
+#include "core/planning/plan/followed_tour.h"
 #include "core/planning/plan/narrow_way.h"
 #include "core/planning/plan/patch.h"
 #include "core/planning/plan/planning_config.h"
@@ -73,10 +74,11 @@ struct Plan {
   double confidence = 1;              // of all bounds together
   bool complete = false;              // every view scored exactly
   Termination termination;
-  std::vector<NarrowWay> narrow_ways;  // the largest gain first; hardly ever any
-  std::optional<Coverage> coverage;    // absent until it was measured
-  std::vector<Storey> storeys;         // from the lowest up; empty until they were found
-  double required_density = 0;         // D that the figures refer to
+  std::vector<NarrowWay> narrow_ways;         // the largest gain first; hardly ever any
+  std::optional<FollowedTour> followed_tour;  // absent where no tour was to be followed
+  std::optional<Coverage> coverage;           // absent until it was measured
+  std::vector<Storey> storeys;                // from the lowest up; empty until they were found
+  double required_density = 0;                // D that the figures refer to
   // Where no view registers since the required accuracy cannot be met with the scanner: the bound
   // that can, m.
   std::optional<double> attainable_accuracy;

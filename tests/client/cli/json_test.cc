@@ -35,6 +35,16 @@ TEST(Json, NamesThePathAndWhatThereIs) {
   EXPECT_THAT(std::string(deep.message()), HasSubstr("has no parts"));
 }
 
+TEST(SetFields, OneAfterTheOther) {
+  v1::PlanningConfig config;
+  ASSERT_TRUE(SetFields(config, {"max_view_count=3", "weights.occlusion=0.5"}).ok());
+  EXPECT_EQ(config.max_view_count(), 3);
+  EXPECT_EQ(config.weights().occlusion(), 0.5);
+  EXPECT_THAT(std::string(SetFields(config, {"max_view_count"}).message()),
+              HasSubstr("--set 'max_view_count' is not of the form PATH=VALUE"));
+  EXPECT_FALSE(SetFields(config, {"max_view_count=4", "none=1"}).ok());
+}
+
 TEST(Json, GoesThereAndBack) {
   v1::Session session;
   session.set_name("sessions/a");

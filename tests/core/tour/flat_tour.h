@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -58,8 +59,15 @@ class FlatTour {
     return tour.ok() ? *std::move(tour) : Tour{};
   }
   // What a plan says of a place, which knows nothing of tours.
-  planning::ViewEvaluation Evaluate(const Eigen::Vector3d& position) {
-    return planning::EvaluateView(*problem_, position).value();
+  planning::ViewEvaluation Evaluate(const Eigen::Vector3d& position,
+                                    std::optional<double> heading = std::nullopt) {
+    return planning::EvaluateView(*problem_, position, heading).value();
+  }
+  // Tours are then for a scanner that sees `span` (rad); the scans so far stay.
+  void UseSector(double span) {
+    scanner_.azimuth_span = span;
+    request_.scanners.front().model = scanner_;
+    Prepare();
   }
 
   TourRequest& request() { return request_; }

@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <iterator>
 #include <stop_token>
+#include <vector>
 
 #include "tests/core/tour/flat_tour.h"
 
@@ -185,18 +187,26 @@ TEST(MakeTourTest, RoomsWithHoursAreEnteredWithinThem) {
   const Eigen::Vector2d at = stop.position.head<2>();
   hours.room.outline = {at + Eigen::Vector2d(-2, -2), at + Eigen::Vector2d(2, -2),
                         at + Eigen::Vector2d(2, 2), at + Eigen::Vector2d(-2, 2)};
-  hours.open.from = 15;
+  const auto in_room = [&](const Tour& tour) {
+    std::vector<TourStop> stops;
+    std::copy_if(tour.stops.begin(), tour.stops.end(), std::back_inserter(stops),
+                 [&](const TourStop& made) { return hours.room.Contains(made.position); });
+    return stops;
+  };
+  // Later than anybody would come without hours, so that they are what keeps them out.
+  hours.open.from = all.minutes / 2;
+  ASSERT_FALSE(in_room(all).empty());
+  ASSERT_LT(in_room(all).front().start, hours.open.from);
   flat.request().hours = {hours};
   const Tour tour = flat.Make();
   ExpectSound(tour, flat.request());
-  for (const TourStop& made : tour.stops) {
-    if (hours.room.Contains(made.position)) {
-      EXPECT_GE(made.start, 15);
-    }
-  }
+  ASSERT_FALSE(in_room(tour).empty());
+  for (const TourStop& made : in_room(tour)) EXPECT_GE(made.start, hours.open.from);
   flat.request().hours[0].open = {0, 1};  // nobody is done by then
   const Tour closed = flat.Make();
-  for (const TourStop& made : closed.stops) EXPECT_FALSE(hours.room.Contains(made.position));
+  EXPECT_TRUE(in_room(closed).empty());
+  EXPECT_FALSE(closed.stops.empty());
+  EXPECT_THAT(closed.message, HasSubstr("the room is closed when anybody could be there"));
 }
 
 TEST(MakeTourTest, AnEarlierTourIsKeptWhereNothingNewWasLearnt) {
@@ -219,6 +229,46 @@ TEST(MakeTourTest, AnEarlierTourIsKeptWhereNothingNewWasLearnt) {
   EXPECT_GE(2 * kept, next.stops.size());
 }
 
+TEST(MakeTourTest, AnEarlierTourIsKeptOverSeveralDays) {
+  FlatTour flat(3);
+  const Tour first = flat.Make();
+  for (const TourStop& stop : first.stops) flat.request().previous.push_back(stop.position);
+  flat.request().day = first.minutes / 2;
+  const Tour tour = flat.Make();
+  ExpectSound(tour, flat.request());
+  EXPECT_GE(2 * tour.kept, tour.stops.size());
+  EXPECT_GE(tour.stops.back().day, 1);
+  for (const TourStop& stop : tour.stops) {
+    EXPECT_LE(stop.end, (stop.day + 1) * *flat.request().day + 1e-9);
+  }
+}
+
+TEST(MakeTourTest, AScannerThatSeesASectorIsTurned) {
+  FlatTour flat(3);
+  flat.UseSector(sensor::Radians(150));
+  const Tour tour = flat.Make();
+  ExpectSound(tour, flat.request());
+  ASSERT_GE(tour.stops.size(), 3u);
+  std::vector<double> headings;
+  for (const TourStop& stop : tour.stops) {
+    ASSERT_TRUE(stop.heading.has_value());
+    headings.push_back(*stop.heading);
+    // A plan knows nothing of tours, and brings as much with that heading.
+    if (&stop != &tour.stops.front()) continue;
+    const auto view = flat.Evaluate(stop.position, stop.heading).view;
+    EXPECT_NEAR(stop.area, *view.gain_without_hidden, 0.1 * stop.area + 0.5);
+    EXPECT_GT(
+        stop.area,
+        1.2 * *flat.Evaluate(stop.position, *stop.heading + sensor::kPi).view.gain_without_hidden);
+  }
+  std::sort(headings.begin(), headings.end());
+  EXPECT_GT(headings.back() - headings.front(), 1);
+  flat.request().previous = {tour.stops.front().position};
+  const auto refused = flat.Make(parallel::Budget::Unlimited(), flat.pool());
+  EXPECT_EQ(refused.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(refused.status().message()), HasSubstr("turn all around"));
+}
+
 TEST(MakeTourTest, EndsWithAnAnswerWhenTheBudgetDoes) {
   FlatTour flat(3);
   parallel::Budget over = parallel::Budget::Seconds(0);
@@ -236,6 +286,24 @@ TEST(MakeTourTest, StopsWhenCancelled) {
   parallel::Budget budget;
   budget.cancelled = source.get_token();
   EXPECT_EQ(flat.Make(budget, flat.pool()).status().code(), absl::StatusCode::kCancelled);
+}
+
+TEST(MakeTourTest, StopsWhenCancelledOnTheWay) {
+  FlatTour flat(3);
+  std::stop_source source;
+  parallel::Budget budget;
+  budget.cancelled = source.get_token();
+  size_t told = 0;
+  const auto tour =
+      MakeTour(flat.problem(), flat.request(), budget, flat.pool(), [&](const Tour& so_far) {
+        EXPECT_FALSE(so_far.stops.empty());
+        EXPECT_GT(so_far.area, 0);
+        ++told;
+        source.request_stop();
+      });
+  // There was a tour, but nobody is told figures that were cut short.
+  EXPECT_EQ(told, 1u);
+  EXPECT_EQ(tour.status().code(), absl::StatusCode::kCancelled);
 }
 
 TEST(MakeTourTest, SaysWhatIsWrongWithARequest) {

@@ -4,7 +4,11 @@
 
 #include <algorithm>
 #include <numeric>
+#include <optional>
+#include <span>
+#include <vector>
 
+#include "core/cover/element_set.h"
 #include "core/parallel/parallel.h"
 #include "core/planning/evaluate_view.h"
 #include "core/tour/spread_views.h"
@@ -22,6 +26,15 @@ class TourTableTest : public ::testing::Test {
     config.viewcell_size = 0.2;
     config.max_viewpoint_height = 1.7;
     return config;
+  }
+  bool SeeEachOther(const Eigen::Vector3d& a, const Eigen::Vector3d& b) const {
+    const double voxel = problem_.model().voxel_size();
+    const Eigen::Vector3f to = problem_.scene().ToScene(b / voxel);
+    visibility::TargetPacket packet{};
+    packet.x[0] = to.x();
+    packet.y[0] = to.y();
+    packet.z[0] = to.z();
+    return problem_.scene().Occluded(problem_.scene().ToScene(a / voxel), packet, 1) == 0;
   }
   parallel::Serial serial_;
   const test_support::PlanningProblem room_{
@@ -63,12 +76,18 @@ TEST_F(TourTableTest, CandidatesSeeAllThatFeasibleViewsSee) {
   const double spacing = 0.8;
   const auto places = SpreadViews(problem_, spacing, 1000);
   ASSERT_GT(places.size(), 10u);
+  // Those that see each other are apart; where two are nearer, something stands between them.
+  size_t near = 0;
   for (size_t i = 0; i < places.size(); ++i) {
     for (size_t j = 0; j < i; ++j) {
       const double apart = (places[i].position - places[j].position).norm();
-      EXPECT_GT(apart, 0) << i << " " << j;
+      EXPECT_GE(apart, problem_.feasible().cell_size()) << i << " " << j;
+      if (apart >= 0.75 * spacing) continue;
+      EXPECT_FALSE(SeeEachOther(places[i].position, places[j].position)) << i << " " << j;
+      ++near;
     }
   }
+  EXPECT_LT(4 * near, places.size());
   // Nobody can stand farther from all candidates than a candidate lies from the next.
   for (const Eigen::Vector3d& view : room_.views) {
     double least = 1e9;
@@ -77,7 +96,26 @@ TEST_F(TourTableTest, CandidatesSeeAllThatFeasibleViewsSee) {
     }
     EXPECT_LE(least, spacing);
   }
-  EXPECT_LE(SpreadViews(problem_, spacing, 12).size(), 12u);
+  // So what all feasible views bring, the candidates bring, but for corners.
+  const GainElements elements = GainElements::Of(problem_, 4000, 0, serial_);
+  const auto brought = [&](std::span<const Candidate> by) {
+    cover::ElementSet all = cover::EmptySet(elements.weights.size());
+    uint64_t rays = 0;
+    for (const Candidate& place : by) {
+      cover::Unite(all, *Brought(problem_, place, elements, unlimited_, rays));
+    }
+    double area = 0;
+    cover::ForEach(all, [&](size_t i) { area += elements.weights[i]; });
+    return area;
+  };
+  std::vector<Candidate> views;
+  for (size_t k = 0; k < room_.views.size(); k += 7) {
+    views.push_back({room_.views[k], std::nullopt, 0});
+  }
+  EXPECT_GE(brought(places), 0.97 * brought(views));
+  const std::vector<Candidate> few = SpreadViews(problem_, spacing, 12);
+  EXPECT_LE(few.size(), 12u);
+  EXPECT_LT(brought(std::span(few).first(1)), 0.9 * brought(places));
 }
 
 TEST_F(TourTableTest, LinksAreSymmetricAndTheSameOnTwoThreads) {
