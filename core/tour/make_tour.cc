@@ -216,7 +216,9 @@ class TourMaker {
   // Chooses from the table as it is now, arranges, and keeps what is better.
   void Round(const parallel::Budget& budget, uint64_t choice_work, size_t steps) {
     improved_ = false;
-    for (int k = 0; k < kChoices; ++k) {
+    // The first tour is to be there soon; the rounds after it choose better.
+    const int choices = best_.has_value() ? kChoices : 1;
+    for (int k = 0; k < choices; ++k) {
       // What was found from fewer candidates is where the search begins.
       std::vector<uint32_t> known;
       if (best_.has_value()) {
