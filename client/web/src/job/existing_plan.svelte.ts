@@ -1,6 +1,7 @@
 // What is known of the site before it is scanned, a plan or a model of the building (SitePrior): as the server has it
 // and judges it, and the lines of its walls, which the tablet that sent it keeps.
 import { Code, ConnectError } from "@connectrpc/connect";
+import { isPassing } from "../api/errors";
 import { models, newRequestId, patience } from "../api/server";
 import type { SitePrior, SitePriorPoint, SitePriorStanding } from "../gen/vantage/v1/site_prior_pb";
 import type { Outline } from "../prior/outlines";
@@ -10,6 +11,11 @@ import { nanoseconds } from "./site";
 
 // Sending up to 3 MiB over a site's Wi-Fi, and reading it there, ms.
 const sendingPatience = 180_000;
+
+// The server may have no time or memory to compare it just now: it is asked again after so long, ms, and then each time
+// after twice as long.
+const firstWait = 2000;
+const longestWait = 30_000;
 
 const prefix = "vantage.existing.";
 
@@ -35,6 +41,10 @@ export class ExistingPlan {
   standing = $state.raw<SitePriorStanding | undefined>(undefined);
   #job: Job;
   #unread = false;
+  #wait = firstWait;
+  #timer: ReturnType<typeof setTimeout> | undefined;
+  // The page is shown.
+  #attended = false;
   #kept = $state.raw<Kept | undefined>(undefined);
   readonly prior = $derived.by<SitePrior | undefined>(() => this.#job.site?.prior);
   // The walls are known on this tablet.
@@ -68,16 +78,36 @@ export class ExistingPlan {
     return this.#kept?.made === made ? this.#kept.outlines : [];
   }
 
+  // The page is shown: what had no answer is asked again.
+  attend(): void {
+    this.#attended = true;
+    if (this.#unread && this.#timer === undefined) void this.refresh();
+  }
+
+  pause(): void {
+    this.#attended = false;
+    clearTimeout(this.#timer);
+    this.#timer = undefined;
+  }
+
   // As the server has it. Undefined: there is none, the server knows no such call, or it has no answer yet, and is
-  // asked again with the next change.
+  // asked again in a moment or with the next change, without a word.
   async read(): Promise<SitePrior | undefined> {
+    clearTimeout(this.#timer);
+    this.#timer = undefined;
     try {
       const answer = await models.getSitePrior({ parent: this.#job.name }, { timeoutMs: patience });
       this.standing = answer.standing;
       this.#unread = false;
+      this.#wait = firstWait;
       return answer.sitePrior;
     } catch (error) {
       this.#unread = ![Code.NotFound, Code.Unimplemented].includes(ConnectError.from(error).code);
+      if (this.#attended && isPassing(error)) {
+        clearTimeout(this.#timer);
+        this.#timer = setTimeout(() => void this.refresh(), this.#wait);
+        this.#wait = Math.min(longestWait, 2 * this.#wait);
+      }
       return undefined;
     }
   }

@@ -1,16 +1,19 @@
 // The job that is open on this tablet: the site as it is known, the link to the server, the plan, and
 // what this tablet did.
+import { create } from "@bufbuild/protobuf";
 import { Code, ConnectError } from "@connectrpc/connect";
 import { explain, isPassing } from "../api/errors";
 import { fleet, lastPart, models, newRequestId, patience, plans, scans, sessions } from "../api/server";
 import { PlanState, type Plan, type RankedView } from "../gen/vantage/v1/plan_pb";
+import { Vector3Schema } from "../gen/vantage/v1/geometry_pb";
 import type { GetCoverageResponse } from "../gen/vantage/v1/model_service_pb";
 import type { PoseGraph } from "../gen/vantage/v1/pose_graph_pb";
 import type { SitePrior } from "../gen/vantage/v1/site_prior_pb";
 import { UploadState } from "../gen/vantage/v1/upload_pb";
-import { send, type Kind, type Payloads } from "./actions";
+import { send, type Kind, type Payloads, type Place } from "./actions";
 import { ExistingPlan } from "./existing_plan.svelte";
 import { follow, pause } from "./follow";
+import { FollowedRoute } from "./followed_route.svelte";
 import { freeViews } from "./free_views";
 import { Outbox, type Entry } from "./outbox";
 import {
@@ -25,6 +28,7 @@ import {
   withoutExpired,
   type Site,
 } from "./site";
+import { crc32c } from "../send/crc32c";
 import { notices } from "./notices.svelte";
 import { search } from "./search_time.svelte";
 import { Tours } from "./tours.svelte";
@@ -35,6 +39,11 @@ export type LinkState = "connecting" | "live" | "lost" | "gone" | "unknownTablet
 
 function kept(session: string, what: string): string {
   return `vantage.${what}.${session}`;
+}
+
+// Stops of a route, told apart by a short name.
+function named(stops: readonly Place[]): string {
+  return crc32c(new TextEncoder().encode(JSON.stringify(stops))).toString(16);
 }
 
 export class Job {
@@ -59,12 +68,16 @@ export class Job {
   // What was known of the site before, and the rest of the job as a tour.
   readonly existing: ExistingPlan;
   readonly tours: Tours;
+  readonly route: FollowedRoute;
 
   readonly last = $derived(this.site === undefined ? undefined : lastStation(this.site, this.scanner));
   readonly hasModel = $derived(this.site !== undefined && merged(this.site).length > 0);
   // The plan was made before something happened that it depends on.
-  readonly stale = $derived(
-    this.site !== undefined && this.plan !== undefined && freshPlan(this.site, this.scanner)?.name !== this.plan.name,
+  readonly stale = $derived.by(
+    () =>
+      this.site !== undefined &&
+      this.plan !== undefined &&
+      freshPlan(this.site, this.scanner, this.route.ahead)?.name !== this.plan.name,
   );
   readonly claim = $derived(this.site?.claims.find((claim) => this.scanner !== "" && claim.scanner === this.scanner));
   // Without what is taken, of which the plan may not know yet: so the next choice is there at once, also without a
@@ -95,6 +108,7 @@ export class Job {
     this.name = name;
     this.existing = new ExistingPlan(this);
     this.tours = new Tours(this);
+    this.route = new FollowedRoute(this, kept(name, "route"));
     this.scanner = localStorage.getItem(kept(name, "scanner")) ?? "";
     const key = kept(name, "outbox");
     this.#outbox = new Outbox(
@@ -195,7 +209,16 @@ export class Job {
     this.#watching?.abort();
   }
 
+  // Somebody wants the next place to be of the tour that is shown, or no longer does.
+  followTour(wanted: boolean): void {
+    if (wanted) this.route.begin(this.tours);
+    else this.route.end();
+    this.rank = 0;
+    this.#attend();
+  }
+
   tourEnded(): void {
+    this.route.renew(this.tours);
     if (!this.#running.signal.aborted) this.#attend();
   }
 
@@ -238,6 +261,7 @@ export class Job {
     }, 10_000);
     void this.#outbox.flush();
     this.tours.attend();
+    this.existing.attend();
     void this.#run(signal);
   }
 
@@ -245,6 +269,7 @@ export class Job {
     clearInterval(this.#clock);
     this.#running.abort();
     this.tours.pause();
+    this.existing.pause();
     this.#watching?.abort();
     this.#watchedPlan = "";
   }
@@ -376,12 +401,14 @@ export class Job {
     if (site === undefined || this.link !== "live" || document.hidden || !this.hasModel) return;
     // The plan follows the tour; both at once would take twice as long.
     if (this.tours.searching) return;
-    const fresh = freshPlan(site, this.scanner);
+    const fresh = freshPlan(site, this.scanner, this.route.ahead);
     if (fresh === undefined) {
       // A scan that is being merged changes the site in a moment.
       if (underWay(site).length > 0 && this.plan !== undefined) return;
       // Tablets that see the same site ask for the same plan.
-      void this.#createPlan(`page-${site.modelVersion}-${site.changed}-${search.seconds}-${lastPart(this.scanner)}`);
+      const followed = this.route.ahead.length === 0 ? "" : `-${named(this.route.ahead)}`;
+      const asked = `${site.modelVersion}-${site.changed}-${search.seconds}-${lastPart(this.scanner)}${followed}`;
+      void this.#createPlan(`page-${asked}`);
       return;
     }
     this.#show(fresh);
@@ -394,14 +421,16 @@ export class Job {
     if (this.planning) return;
     this.#creating = true;
     const scanners = this.scanner === "" ? [] : [this.scanner];
+    const tourStations = this.route.ahead.map((stop) => create(Vector3Schema, stop));
     const budget = { case: "timeBudget" as const, value: { seconds: BigInt(search.seconds), nanos: 0 } };
     try {
       const response = await plans.createPlan(
-        { parent: this.name, requestId, plan: { scanners, budget } },
+        { parent: this.name, requestId, plan: { scanners, budget, tourStations } },
         { timeoutMs: patience },
       );
       const plan = response.plan;
       if (plan === undefined) return;
+      this.route.answered(tourStations.length, plan.tourStations.length);
       if (this.site !== undefined && !this.site.plans.has(plan.name)) {
         this.site = { ...this.site, plans: new Map(this.site.plans).set(plan.name, plan) };
       }

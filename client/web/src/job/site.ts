@@ -8,6 +8,7 @@ import { ScanState, type Scan } from "../gen/vantage/v1/scan_pb";
 import type { Rejection, Session } from "../gen/vantage/v1/session_pb";
 import type { SitePrior } from "../gen/vantage/v1/site_prior_pb";
 import { UploadState, type Upload } from "../gen/vantage/v1/upload_pb";
+import type { Place } from "./actions";
 
 export interface Site {
   session: Session;
@@ -240,11 +241,18 @@ export function lastStation(site: Site, scanner: string): Scan | undefined {
   return own.at(-1) ?? candidates.at(-1);
 }
 
-// The newest plan that ended well or runs, for this scanner and for the site as it is.
-export function freshPlan(site: Site, scanner: string): Plan | undefined {
+// The newest plan that ended well or runs, for this scanner and for the site as it is, which follows these stops of a
+// route, or none.
+export function freshPlan(site: Site, scanner: string, stops: readonly Place[]): Plan | undefined {
   return [...site.plans.values()]
-    .filter((plan) => serves(plan, scanner) && nanoseconds(plan.createTime) >= site.changed)
+    .filter((plan) => serves(plan, scanner) && follows(plan, stops))
+    .filter((plan) => nanoseconds(plan.createTime) >= site.changed)
     .at(-1);
+}
+
+function follows({ tourStations }: Plan, stops: readonly Place[]): boolean {
+  const same = (one: Place, other: Place | undefined) => one.x === other?.x && one.y === other.y && one.z === other.z;
+  return stops.length === tourStations.length && stops.every((stop, i) => same(stop, tourStations[i]));
 }
 
 export function serves(plan: Plan, scanner: string): boolean {

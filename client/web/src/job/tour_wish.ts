@@ -1,7 +1,7 @@
 // What a tour is asked to be like, and what of it is still to be done.
 import { create } from "@bufbuild/protobuf";
-import type { Vector3 } from "../gen/vantage/v1/geometry_pb";
 import { TourWishSchema, type TourStop, type TourWish } from "../gen/vantage/v1/tour_pb";
+import type { Place } from "./actions";
 import { merged, type Site } from "./site";
 
 // What is left of the day, the battery or the cards.
@@ -11,9 +11,9 @@ export type Left = { of: "all" } | { of: "minutes"; minutes: number } | { of: "s
 const sameStop = 0.8;
 
 // Of a tour's stops those that nobody has made yet.
-export function notMade(stops: readonly TourStop[], site: Site): TourStop[] {
+export function notMade<Stop extends { position?: Place }>(stops: readonly Stop[], site: Site): Stop[] {
   const made = [...merged(site).map((scan) => scan.pose?.translation), ...site.stations.map((s) => s.position)];
-  const near = (a: Vector3, b: Vector3 | undefined) =>
+  const near = (a: Place, b: Place | undefined) =>
     b !== undefined && Math.hypot(a.x - b.x, a.y - b.y) < sameStop && Math.abs(a.z - b.z) < 1.5;
   return stops.filter((stop) => stop.position !== undefined && !made.some((place) => near(stop.position!, place)));
 }

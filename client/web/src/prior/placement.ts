@@ -43,6 +43,14 @@ export function pixelSize(a: Pair, b: Pair, length: number | undefined): number 
   return pixels < 1 ? 0 : (length ?? apart(a.atSite, b.atSite)) / pixels;
 }
 
+// Two places tell a picture's scale by themselves where they are so far apart, at the site, m, and in pixels; else it has
+// to be given how long it is from one to the other. As server/session/site_priors.cc judges it.
+export const leastForScale = 5;
+const leastOfPicture = 50;
+export function tellScale(a: Pair, b: Pair): boolean {
+  return apart(a.atSite, b.atSite) >= leastForScale && apart(a.inPlan, b.inPlan) >= leastOfPicture;
+}
+
 // What is wrong with two places, before anything is sent: they are too near each other, or their distance at the site,
 // m, is not what the plan has, as far as such places are known. As core/site_prior/prior_pose.cc judges it.
 const leastApart = 1;
@@ -63,7 +71,7 @@ export function unitThatFits(a: Pair, b: Pair): number | undefined {
 // The outlines at the site, m, world: where its standing has it. None where it is known not to lie there.
 export function atSite(prior: SitePrior, standing: SitePriorStanding | undefined, outlines: readonly Outline[]) {
   const at = standing?.pose?.translation;
-  const unused = [SitePriorState.NOT_ALIGNED, SitePriorState.REFUTED];
+  const unused = [SitePriorState.NOT_ALIGNED, SitePriorState.REFUTED, SitePriorState.UNUSABLE];
   if (standing === undefined || at === undefined || unused.includes(standing.state)) return [];
   const turn = headingOf(standing.pose?.rotation);
   const [c, s] = [Math.cos(turn), Math.sin(turn)];

@@ -47,6 +47,8 @@ export function existingVerdict(
         words: say("existing.refuted"),
         more: [say("existing.refutedMore", { share: percent(standing.refutedShare, language) })],
       };
+    case SitePriorState.UNUSABLE:
+      return { standing: "bad", words: say("existing.unusable"), more: [say("existing.unusableMore")] };
     default:
       return { standing: "unknown", words: say("existing.unknown"), more: [] };
   }

@@ -141,6 +141,30 @@ test("a floor plan before the first scan, and what is left in half an hour", asy
   await page.getByRole("radio", { name: "No limit" }).tap();
   await page.getByText(headline).waitFor();
   await page.getByText(/Looking for something better|Working out/).waitFor({ state: "detached" });
+  // The next place follows it, once somebody wants that.
+  const follow = page.getByRole("button", { name: "Follow this route" });
+  expect(await follow.getAttribute("aria-pressed")).toBe("false");
+  await follow.tap();
+  await expect.poll(() => follow.getAttribute("aria-pressed")).toBe("true");
+  await isAccessible(page, "a route that is followed");
+  await goTo(page, "Next");
+  await page.getByText(/^(Stop \d+ of your route|No stop of your route is worth)/).waitFor();
+  await isAccessible(page, "a stop of the route as the next place");
+  await picture(page, "tour-followed");
+  const followed = (await site.api.plans.listPlans({ parent: session, pageSize: 200 })).plans.filter(
+    (made) => made.result?.followedTour !== undefined,
+  );
+  expect(followed.length).toBeGreaterThan(0);
+  expect(followed.at(-1)!.tourStations.length).toBeGreaterThan(0);
+  // Also once the page is opened again.
+  await page.reload();
+  await page.getByText(/^(Stop \d+ of your route|No stop of your route is worth)/).waitFor();
+  await goTo(page, "Plan");
+  await page.getByRole("button", { name: "Route", exact: true }).tap();
+  await page.getByRole("radio", { name: "No limit" }).tap();
+  await page.getByText(headline).waitFor();
+  await page.getByText(/Looking for something better|Working out/).waitFor({ state: "detached" });
+
   await page.getByRole("list", { name: "In this order" }).getByRole("button").first().tap();
   await page.getByRole("heading", { name: "Stop 1" }).waitFor();
   await isAccessible(page, "a stop");
@@ -149,8 +173,15 @@ test("a floor plan before the first scan, and what is left in half an hour", asy
   await expect.poll(async () => (await site.api.fleet.listStations({ parent: session })).stations.length).toBe(1);
   await page.getByText(/^\d+ stops? (is|are) as before\.$/).waitFor();
 
+  // Around a scan whose data are to come it is not followed.
+  await goTo(page, "Next");
+  await page.getByText("Your route is followed again when the data of all scans are there.").waitFor();
+  await goTo(page, "Plan");
+  await page.getByRole("button", { name: "Follow this route" }).tap();
+
   // Two more scans, typed; and taken out again.
   await goTo(page, "Next");
+  expect(await page.getByText("Your route is followed again").count()).toBe(0);
   await page.getByRole("button", { name: "What's left" }).tap();
   await page.getByRole("radio", { name: "Other" }).tap();
   await page.getByLabel("How many").fill("2");

@@ -17,7 +17,7 @@ import { dxfOutlines } from "../../src/prior/dxf_outlines";
 import { meshOutlines, readObj, readPlyMesh } from "../../src/prior/mesh_outlines";
 import { bounds, directionOf, extent, joined, largest, simplified } from "../../src/prior/outlines";
 import { pictureOutlines } from "../../src/prior/picture_outlines";
-import { atSite, misplaced, pixelSize, pointOf, unitThatFits, type Pair } from "../../src/prior/placement";
+import { atSite, misplaced, pixelSize, pointOf, tellScale, unitThatFits, type Pair } from "../../src/prior/placement";
 import { priorKind } from "../../src/prior/prior_kind";
 import { unmeasured } from "../../src/prior/unmeasured";
 import english from "../../src/texts/en.json";
@@ -279,6 +279,11 @@ test("a distance gives a picture its scale, and what cannot be is said before it
   expect(misplaced(a, b, 0.02)).toBe("");
   expect(misplaced(a, b, 0.03)).toBe("scale");
   expect(misplaced(a, pair(300, -400, 0, 0.5), 0.001)).toBe("near");
+  // Without a distance a picture has its scale by the places alone.
+  expect(tellScale(a, b)).toBe(true);
+  expect(tellScale(a, pair(300, -400, 0, 4.9))).toBe(false);
+  expect(tellScale(a, pair(30, -39, 0, 9))).toBe(false);
+  expect(tellScale(a, pair(30, -40, 3, 4))).toBe(true);
   // In millimetres.
   expect(unitThatFits(pair(0, 0, 0, 0), pair(9100, 0, 9, 0.3))).toBe(0.001);
   expect(unitThatFits(pair(0, 0, 0, 0), pair(77, 0, 9, 0.3))).toBeUndefined();
@@ -308,7 +313,7 @@ test("its walls lie where the scans put them, and nowhere where it is not used",
   // Turned by a quarter to the left, and twice as large.
   expect(at![1]!.x).toBeCloseTo(14);
   expect(at![1]!.y).toBeCloseTo(22);
-  for (const state of [SitePriorState.NOT_ALIGNED, SitePriorState.REFUTED])
+  for (const state of [SitePriorState.NOT_ALIGNED, SitePriorState.REFUTED, SitePriorState.UNUSABLE])
     expect(atSite(prior, standing(state), [wall])).toEqual([]);
   for (const state of [SitePriorState.PLACED, SitePriorState.NOT_ENOUGH_SEEN])
     expect(atSite(prior, standing(state), [wall]).length).toBe(1);
@@ -368,5 +373,8 @@ test("how it stands is said in words, with the cure", () => {
   expect(not.more.join(" ")).toMatch(/Choose it again and place it/);
   expect(words(SitePriorState.REFUTED, { refutedShare: 0.4 }).more[0]).toMatch(/^40\s% of its walls/);
   expect(words(SitePriorState.NOT_ENOUGH_SEEN).standing).toBe("unknown");
+  const unusable = words(SitePriorState.UNUSABLE);
+  expect([unusable.standing, unusable.words]).toEqual(["bad", "cannot be used"]);
+  expect(unusable.more.join(" ")).toMatch(/Choose it again; if it stays so, simplify it, or take it out/);
   expect(existingVerdict(undefined, say, "en").words).toBe("being compared");
 });

@@ -2,6 +2,7 @@ import { create, type MessageInitShape } from "@bufbuild/protobuf";
 import { timestampFromMs } from "@bufbuild/protobuf/wkt";
 import { expect, test } from "vitest";
 import { SessionEventSchema, type SessionEvent } from "../../src/gen/vantage/v1/event_pb";
+import { Vector3Schema } from "../../src/gen/vantage/v1/geometry_pb";
 import { ScanState } from "../../src/gen/vantage/v1/scan_pb";
 import { UploadState } from "../../src/gen/vantage/v1/upload_pb";
 import { SessionSchema } from "../../src/gen/vantage/v1/session_pb";
@@ -95,9 +96,24 @@ test("a file that the server reads is told of until its last scan has come, and 
 test("a plan is fresh until something happens that it does not know of", () => {
   const events = story();
   const before = events.slice(0, 7).reduce(apply, empty);
-  expect(freshPlan(before, "")?.name).toBe("p1");
-  expect(freshPlan(before, "red")).toBeUndefined();
-  expect(freshPlan(apply(before, events[7]!), "")).toBeUndefined();
+  expect(freshPlan(before, "", [])?.name).toBe("p1");
+  expect(freshPlan(before, "red", [])).toBeUndefined();
+  expect(freshPlan(apply(before, events[7]!), "", [])).toBeUndefined();
+});
+
+test("a plan that follows a route is fresh where just that route is followed", () => {
+  const before = story().slice(0, 7).reduce(apply, empty);
+  const [a, b] = [
+    { x: 1, y: 2.5, z: 1.5 },
+    { x: 3, y: 4, z: 1.5 },
+  ];
+  expect(freshPlan(before, "", [a])).toBeUndefined();
+  const made = { ...before.plans.get("p1")!, name: "p2", tourStations: [a, b].map((at) => create(Vector3Schema, at)) };
+  const after = { ...before, plans: new Map(before.plans).set("p2", made) };
+  expect(freshPlan(after, "", [a, b])?.name).toBe("p2");
+  expect(freshPlan(after, "", [a])).toBeUndefined();
+  expect(freshPlan(after, "", [b, a])).toBeUndefined();
+  expect(freshPlan(after, "", [])?.name).toBe("p1");
 });
 
 test("claims end at their time, without an event", () => {
