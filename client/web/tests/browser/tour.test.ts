@@ -147,8 +147,9 @@ test("a floor plan before the first scan, and what is left in half an hour", asy
   await follow.tap();
   await expect.poll(() => follow.getAttribute("aria-pressed")).toBe("true");
   await isAccessible(page, "a route that is followed");
+  await picture(page, "tour-follow");
   await goTo(page, "Next");
-  await page.getByText(/^(Stop \d+ of your route|No stop of your route is worth)/).waitFor();
+  await page.getByText(/^(Stop \d+ of your route|No stop of your route pays)/).waitFor();
   await isAccessible(page, "a stop of the route as the next place");
   await picture(page, "tour-followed");
   const followed = (await site.api.plans.listPlans({ parent: session, pageSize: 200 })).plans.filter(
@@ -158,7 +159,7 @@ test("a floor plan before the first scan, and what is left in half an hour", asy
   expect(followed.at(-1)!.tourStations.length).toBeGreaterThan(0);
   // Also once the page is opened again.
   await page.reload();
-  await page.getByText(/^(Stop \d+ of your route|No stop of your route is worth)/).waitFor();
+  await page.getByText(/^(Stop \d+ of your route|No stop of your route pays)/).waitFor();
   await goTo(page, "Plan");
   await page.getByRole("button", { name: "Route", exact: true }).tap();
   await page.getByRole("radio", { name: "No limit" }).tap();

@@ -112,7 +112,7 @@ test("which stop it is, or why none is followed, is said in words", () => {
   expect(words({ stationIndex: 0, otherwiseViewIndex: 0 })).toBe(
     "Stop 1 of your route, and the best place without it, too",
   );
-  expect(words({ message: "the tour is not followed" })).toMatch(/^No stop of your route is worth a scan now/);
+  expect(words({ message: "the tour is not followed" })).toMatch(/^No stop of your route pays and aligns now/);
   expect(hindranceWords(undefined, 2, say)).toBe("");
   expect(hindranceWords(undefined, 0, say)).toBe("All stops of your route are made.");
   expect(hindranceWords("stations", 0, say)).toMatch(/again when the data of all scans are there/);
