@@ -11,11 +11,15 @@ export class FollowedRoute {
   #stops = $state.raw<readonly Place[] | undefined>(undefined);
   // The server is an earlier release that follows none.
   #unknown = $state(false);
+  // Site.changed of the site for which the server did not take it.
+  #refusedFor = $state<bigint | undefined>(undefined);
   // Somebody wants it to be followed.
   readonly on = $derived(this.#stops !== undefined && !this.#unknown);
-  readonly hindrance = $derived.by<Hindrance | undefined>(() =>
-    this.#job.site === undefined ? undefined : hindrance(this.#job.site, this.#job.scanner),
-  );
+  readonly hindrance = $derived.by<Hindrance | undefined>(() => {
+    const site = this.#job.site;
+    if (site === undefined) return undefined;
+    return hindrance(site, this.#job.scanner) ?? (this.#refusedFor === site.changed ? "refused" : undefined);
+  });
   // What of it the next plan is asked to follow; none: it is made without.
   readonly ahead = $derived.by<Place[]>(() =>
     !this.on || this.#stops === undefined || this.#job.site === undefined || this.hindrance !== undefined
@@ -52,6 +56,11 @@ export class FollowedRoute {
   // What a plan was made with that was asked to follow so many stops.
   answered(asked: number, taken: number): void {
     if (asked > 0 && taken === 0) this.#unknown = true;
+  }
+
+  // No plan was made with it for this state of the site: another may have made a scan, of which this tablet had not heard.
+  refused(changed: bigint): void {
+    this.#refusedFor = changed;
   }
 
   #keep(stops: readonly Place[] | undefined): void {

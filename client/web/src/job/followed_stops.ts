@@ -6,8 +6,8 @@ import { notMade } from "./tour_wish";
 // As many as the contract takes.
 const mostStops = 256;
 
-// What the contract does not take together with a route.
-export type Hindrance = "scanner" | "stations" | "claims";
+// What the contract does not take together with a route; 'refused': what else the server has against it.
+export type Hindrance = "scanner" | "stations" | "claims" | "refused";
 export function hindrance(site: Pick<Site, "claims" | "stations">, scanner: string): Hindrance | undefined {
   if (scanner !== "") return "scanner";
   if (site.stations.length > 0) return "stations";

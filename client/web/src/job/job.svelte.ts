@@ -421,6 +421,8 @@ export class Job {
     if (this.planning) return;
     this.#creating = true;
     const scanners = this.scanner === "" ? [] : [this.scanner];
+    const changed = this.site?.changed ?? 0n;
+    let withoutRoute = false;
     const tourStations = this.route.ahead.map((stop) => create(Vector3Schema, stop));
     const budget = { case: "timeBudget" as const, value: { seconds: BigInt(search.seconds), nanos: 0 } };
     try {
@@ -441,12 +443,16 @@ export class Job {
         // With the next sign of life.
         this.#failures += 1;
         setTimeout(() => this.#attend(), Math.min(15_000, 1000 * 2 ** this.#failures));
+      } else if (tourStations.length > 0 && ConnectError.from(error).code === Code.InvalidArgument) {
+        this.route.refused(changed);
+        withoutRoute = true;
       } else {
         const { key, detail } = explain(error);
         notices.say(key, { detail });
       }
     } finally {
       this.#creating = false;
+      if (withoutRoute) this.#attend();
     }
   }
 

@@ -7,6 +7,7 @@ const hindrances: Record<Hindrance, Key> = {
   scanner: "follow.scanner",
   stations: "follow.stations",
   claims: "follow.claims",
+  refused: "follow.refused",
 };
 
 // Where a route is to be followed and no plan can be asked to.

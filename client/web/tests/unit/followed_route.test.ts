@@ -19,7 +19,7 @@ const say = (key: keyof typeof english, parameters = {}) => fill(english[key], p
 const [a, b, c] = [0, 5, 10].map((x) => ({ x, y: 1.25, z: 1.5 }));
 const stops = [a!, b!, c!];
 const station = create(StationSchema, { position: b });
-const nobody = { claims: [], stations: [], scans: [] };
+const nobody = { claims: [], stations: [], scans: [], changed: 0n };
 const site = (more = {}) => ({ ...nobody, ...more }) as unknown as Site;
 const scanAt = (x: number) =>
   create(ScanSchema, { state: ScanState.MERGED, pose: { translation: { x, y: 1.5, z: 1.4 } } });
@@ -96,6 +96,14 @@ test("a route of several scanners is not followed, nor where a scanner is chosen
   expect(old.ahead).toEqual(stops);
   old.answered(3, 0);
   expect([old.on, old.ahead, old.possible(tours(stops))]).toEqual([false, [], false]);
+  // Refused by the server for the site as it is: tried again after the next change.
+  const job = { site: site({ changed: 7n }), scanner: "" };
+  const refused = new FollowedRoute(job as unknown as Job, "route");
+  refused.refused(6n);
+  expect([refused.hindrance, refused.ahead.length]).toEqual([undefined, 3]);
+  const now = new FollowedRoute(job as unknown as Job, "route");
+  now.refused(7n);
+  expect([now.on, now.hindrance, now.ahead]).toEqual([true, "refused", []]);
   free.renew(tours(stops, ["red", "blue"]));
   expect([free.on, kept.size]).toEqual([false, 0]);
 });
