@@ -49,7 +49,7 @@ absl::StatusOr<v1::CreatePlanRequest> RequestFrom(const PlanArguments& arguments
   plan.set_choose_setting(arguments.choose_setting);
   if (arguments.rank == "per-minute") plan.set_ranking(v1::RANKING_SCORE_PER_MINUTE);
   if (!arguments.tour.empty()) {
-    const auto stations = ReadTourStations(arguments.tour);
+    const auto stations = ReadTourOfOne(arguments.tour);
     if (!stations.ok()) return stations.status();
     if (stations->empty()) {
       return absl::InvalidArgumentError(

@@ -79,7 +79,13 @@ absl::StatusOr<v1::CreateTourRequest> RequestFrom(const TourArguments& arguments
   for (const std::string& id : arguments.scanners) {
     wish.add_scanners(client::ScannerName(arguments.session, id));
   }
-  if (arguments.goal) wish.set_goal(*arguments.goal / 100);
+  if (arguments.goal) {
+    if (!(*arguments.goal > 0 && *arguments.goal <= 1)) {
+      return absl::InvalidArgumentError(
+          "--goal: a share above 0 and at most 1 is needed, such as 0.97 for 97 %");
+    }
+    wish.set_goal(*arguments.goal);
+  }
   if (arguments.minutes) {
     *wish.mutable_available_duration() = client::DurationOf(kMinute * *arguments.minutes);
   }
@@ -205,7 +211,7 @@ void AddTour(CLI::App& parent, Environment& environment) {
             ->excludes(model);
         command.add_option(
             "--goal", a.goal,
-            "Of what can be brought to density, so much is wanted, % [what is worth a scan]");
+            "Share of what can be brought to density that is wanted [what is worth a scan]");
         auto* minutes = command.add_option("--minutes", a.minutes,
                                            "What is left of the day or the battery, min");
         auto* scans =

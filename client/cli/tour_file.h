@@ -12,6 +12,8 @@ namespace vantage::cli {
 
 // Where its stops are, in their order, m, world. INVALID_ARGUMENT: it is no tour.
 absl::StatusOr<std::vector<v1::Vector3>> ReadTourStations(const std::string& path);
+// The same of a tour that one scanner makes. INVALID_ARGUMENT: several do.
+absl::StatusOr<std::vector<v1::Vector3>> ReadTourOfOne(const std::string& path);
 
 }  // namespace vantage::cli
 

@@ -233,7 +233,10 @@ absl::Status Surveyor::MakeTour() {
   v1::TourWish& wish = *request.mutable_wish();
   *wish.mutable_config_overrides() = options_.plan_overrides;
   *wish.mutable_time_budget() = client::DurationOf(*options_.tour_seconds);
-  for (const v1::Vector3& station : tour_) *wish.add_previous_stations() = station;
+  // A scanner that sees a sector would have to be told which way it looked.
+  if (options_.scanner.TurnsAllAround()) {
+    for (const v1::Vector3& station : tour_) *wish.add_previous_stations() = station;
+  }
   tour_.clear();
   const auto tour = client_.CreateTour(request, [&](const v1::Tour& so_far) {
     say_(absl::StrCat("planning the tour: ", so_far.message()));

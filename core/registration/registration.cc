@@ -140,6 +140,7 @@ RegistrationResult RegisterReturns(const model::PlanningView& model, const senso
     Alignment kept = alignment;
     kept.T_world_scan = prior.T_world_scan;
     kept.converged = true;
+    kept.displaced.reset();
     kept.rivals.clear();  // the pose was not chosen among minima
     result = Qualify(model, surface, kept, prior, config, parallel, targets, &scan).result;
     // At a pose that was given, residuals hold its error, too.

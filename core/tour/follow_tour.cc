@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -188,15 +189,22 @@ class Follower {
     }
     std::vector<uint32_t> views = ToScore(stop);
     if (Ended() || !Score(views)) views.resize(1);
-    // What nothing can be gained at needs no prediction.
-    std::erase_if(views, [&](uint32_t i) { return !(evaluation_.views[i].score > 0); });
+    // What nothing can be gained at needs no prediction. Of what was not scored nobody knows.
+    std::erase_if(views, [&](uint32_t i) {
+      return evaluation_.views[i].scored && !(evaluation_.views[i].score > 0);
+    });
     if (views.empty()) {
       ++passed.done;
       return std::nullopt;
     }
-    const parallel::Budget enough = Ended() ? Untimed() : budget_;
+    parallel::Budget enough = budget_;
+    if (Ended()) {
+      enough = Untimed();
+    } else if (enough.work_limit != std::numeric_limits<uint64_t>::max()) {
+      enough.work_limit -= plan_.rays;
+    }
     const planning::RegistrationCheck check =
-        CheckRegistration(problem_, problem_.overlap(), evaluation_, views, 1, enough, parallel_);
+        CheckThese(problem_, problem_.overlap(), evaluation_, views, 1, enough, parallel_);
     plan_.rays += check.rays;
     if (check.registrable.empty()) {
       ++(check.finished ? passed.refused : passed.not_seen);
@@ -345,6 +353,10 @@ void FollowTour(const planning::PlanningProblem& problem, std::span<const Eigen:
   if (plan.score_map.empty()) {
     plan.followed_tour.emplace().message =
         "the tour is not followed: no view was evaluated in this plan";
+    return;
+  }
+  if (plan.termination.suggested) {
+    plan.followed_tour.emplace().message = "the tour is not followed: another scan is not worth it";
     return;
   }
   plan.followed_tour = Follower(problem, budget, parallel, plan).Follow(stations);

@@ -17,10 +17,10 @@ namespace vantage::tour {
 // first view, if that is as much as a scan is worth (PlanningConfig::terminate_below) and a view
 // registers there, else the next: of the views within kSamePlace of it the one that scores most.
 // The other views keep their order. Sets Plan::followed_tour, also where none is
-// acceptable and the plan stays as it is. `plan` is a plan of `problem` that has ended. Where
-// no view was found otherwise, the plan's outcome becomes kViews. Where the budget ends
-// before a view was found, eight stations more are looked at all the same, by one view each. Adds
-// to the plan's rays.
+// acceptable, or the plan suggests to stop, and it stays as it is. `plan` is a plan of `problem`
+// that has ended. Where no view was found otherwise, the plan's outcome becomes kViews. Where the
+// budget ends before a view was found, eight stations more are looked at all the same, by one view
+// each. Adds to the plan's rays.
 void FollowTour(const planning::PlanningProblem& problem, std::span<const Eigen::Vector3d> stations,
                 const parallel::Budget& budget, parallel::Parallel& parallel, planning::Plan& plan);
 

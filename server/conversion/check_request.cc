@@ -556,6 +556,12 @@ absl::Status CheckRequest(const v1::SetSitePriorRequest& request) {
                    absl::StrCat("is ", request.uncompressed_size_bytes(), ", must be in [1, ",
                                 kMostUnfolded, "]"));
   }
+  const auto sent = static_cast<int64_t>(request.file().size());
+  if (request.compression() != v1::COMPRESSION_ZSTD && request.uncompressed_size_bytes() != 0 &&
+      request.uncompressed_size_bytes() != sent) {
+    violations.Add("uncompressed_size_bytes",
+                   absl::StrCat("is ", request.uncompressed_size_bytes(), ", file has ", sent));
+  }
   CheckSitePrior(prior, "site_prior", violations);
   return violations.ToStatus();
 }

@@ -36,12 +36,14 @@ bool MemoryAccount::Reservation::Grow(int64_t bytes) {
 
 std::optional<MemoryAccount::Reservation> MemoryAccount::Take(const std::string& tenant,
                                                               int64_t bytes) {
+  if (bytes < 0) return std::nullopt;
   if (!ChangeWithin(tenant, bytes, /*alone=*/true)) return std::nullopt;
   return Reservation(this, tenant, bytes);
 }
 
 std::optional<MemoryAccount::Reservation> MemoryAccount::TakeSpare(const std::string& tenant,
                                                                    int64_t bytes) {
+  if (bytes < 0) return std::nullopt;
   std::lock_guard<std::mutex> lock(mutex_);
   const int64_t left = std::max(LeftToOthers(tenant), budget_ / kLeftPart);
   if (budget_ > 0 && used_ + bytes + left > budget_) return std::nullopt;

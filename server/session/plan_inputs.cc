@@ -24,10 +24,14 @@ namespace {
 
 using PreparedOr = absl::StatusOr<std::shared_ptr<const planning::PlanningProblem>>;
 
-// Bytes that what a prior shows adds to a plan.
-int64_t MemoryOfPrior(const SitePriorUse::Use& use, const planning::PlanningConfig& config) {
+// Bytes that what a prior shows adds to a plan, which has a problem for each scanner model, or the
+// one before beside the one of a setting.
+int64_t MemoryOfPrior(const SitePriorUse::Use& use, const PlanInputs& inputs) {
   if (use.site == nullptr) return 0;
-  return static_cast<int64_t>(planning::EstimatePlanningMemory(use.site->view(), config));
+  const size_t problems =
+      std::max(inputs.scanner_models, inputs.settings.size() > 1 ? size_t{2} : size_t{1});
+  return static_cast<int64_t>(problems *
+                              planning::EstimatePlanningMemory(use.site->view(), inputs.config));
 }
 
 // Bytes that the plan will need at most. What a prior adds is known from its last use on; before
@@ -37,7 +41,7 @@ int64_t MemoryOf(const ModelMemory& model, PlanInputs& inputs) {
       fleet::EstimateJointPlanMemory(*inputs.model.view, inputs.config, inputs.scanner_models));
   if (inputs.prior.has_value()) {
     const auto use = model.site_prior().Last(*inputs.prior);
-    inputs.memory_of_prior = use == nullptr ? known : MemoryOfPrior(*use, inputs.config);
+    inputs.memory_of_prior = use == nullptr ? known : MemoryOfPrior(*use, inputs);
   }
   return known + inputs.memory_of_prior;
 }
@@ -46,7 +50,7 @@ int64_t MemoryOf(const ModelMemory& model, PlanInputs& inputs) {
 // (MEMORY_SHORT).
 absl::StatusOr<std::shared_ptr<MemoryAccount::Reservation>> WithPrior(
     const ModelMemory& model, const PlanInputs& inputs, const SitePriorUse::Use& use) {
-  const int64_t more = MemoryOfPrior(use, inputs.config) - inputs.memory_of_prior;
+  const int64_t more = MemoryOfPrior(use, inputs) - inputs.memory_of_prior;
   if (more <= 0 || inputs.memory == nullptr) return inputs.memory;
   struct Both {
     std::shared_ptr<MemoryAccount::Reservation> plan;

@@ -131,7 +131,11 @@ absl::StatusOr<std::shared_ptr<const SitePriorUse::Loaded>> SitePriorUse::Load(
     if (loaded_ != nullptr && loaded_->key == key) return loaded_;
   }
   const absl::StatusOr<std::string> bytes = question.store->GetBlob(question.blob);
-  if (!bytes.ok()) return lasting = bytes.status();
+  if (!bytes.ok()) {
+    // What a store is short of may pass.
+    if (!absl::IsResourceExhausted(bytes.status())) lasting = bytes.status();
+    return bytes.status();
+  }
   auto unfolding = reserve_(UnfoldingBytes(*bytes));
   if (!unfolding.ok()) return unfolding.status();
   auto mesh = ReadPriorBlob(*bytes);

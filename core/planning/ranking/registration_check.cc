@@ -49,6 +49,15 @@ class Checking {
     return check_;
   }
 
+  // The candidates alone.
+  RegistrationCheck RunThese(std::span<const uint32_t> candidates, size_t wanted) {
+    CheckBestFirst(candidates, wanted);
+    if (!headings().all_around()) check_.facing = check_.registrable;
+    KeepBestApart(wanted);
+    check_.finished = !ended_;
+    return check_;
+  }
+
  private:
   // Checks the first few of `views` and returns how many; 0 when the budget ended.
   size_t Check(std::span<const uint32_t> views, absl::FunctionRef<void(const CheckedView&)> note) {
@@ -281,6 +290,14 @@ RegistrationCheck CheckRegistration(const PlanningProblem& problem, const Overla
                                     const parallel::Budget& budget, parallel::Parallel& parallel) {
   return Checking(problem, surface, evaluation, budget, budget, parallel, false)
       .Run(candidates, wanted);
+}
+
+RegistrationCheck CheckThese(const PlanningProblem& problem, const OverlapSurface& surface,
+                             const Evaluation& evaluation, std::span<const uint32_t> candidates,
+                             size_t wanted, const parallel::Budget& budget,
+                             parallel::Parallel& parallel) {
+  return Checking(problem, surface, evaluation, budget, budget, parallel, false)
+      .RunThese(candidates, wanted);
 }
 
 RegistrationCheck CheckUntilOneRegisters(const PlanningProblem& problem,

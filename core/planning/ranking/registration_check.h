@@ -56,6 +56,12 @@ RegistrationCheck CheckRegistration(const PlanningProblem& problem, const Overla
                                     const Evaluation& evaluation,
                                     std::span<const uint32_t> candidates, size_t wanted,
                                     const parallel::Budget& budget, parallel::Parallel& parallel);
+// The same of `candidates` and no others: nothing is tried nearer to the stations or around
+// doubtful ones.
+RegistrationCheck CheckThese(const PlanningProblem& problem, const OverlapSurface& surface,
+                             const Evaluation& evaluation, std::span<const uint32_t> candidates,
+                             size_t wanted, const parallel::Budget& budget,
+                             parallel::Parallel& parallel);
 // The same with the problem's own overlap surface. The first candidate is checked whatever is left
 // of the budget, unless that was cancelled: one prediction is little beside an evaluation, and a
 // plan of which nothing was checked is worth little. While none registers, `until_one` holds

@@ -147,6 +147,9 @@ void ViewReport::SetGain(const CellArrays& gains, const PatchSet& patches,
 }
 
 void ViewReport::NameFallback(std::vector<RankedView>& views) {
+  for (RankedView& view : views) {
+    if (view.expected.has_value()) view.expected->fallback.reset();
+  }
   const auto known = std::find_if(views.begin(), views.end(),
                                   [](const RankedView& v) { return !v.expected.has_value(); });
   if (known == views.end()) return;

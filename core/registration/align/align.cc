@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <span>
 
 #include "core/registration/align/align_stages.h"
@@ -52,16 +53,19 @@ void SortAndKeepDistinct(std::span<const SurfaceSample> samples, double apart,
 // is one that fits nearly as well: a scan from the next room that sees little of what is known lies
 // on a known room of the same width better than in its own place, but for what then stands in the
 // middle of that room.
-void PutUndoubtedFirst(std::vector<Minimum>& minima) {
+// Returns the one that gave way.
+std::optional<Minimum> PutUndoubtedFirst(std::vector<Minimum>& minima) {
   // By score, in which what contradicts counts already. Where less is left, what was moved is the
   // better explanation.
   constexpr double kNearlyAsWell = 0.5;
-  if (minima.empty() || minima.front().contradiction_share <= kContradictionDoubtful) return;
+  if (minima.empty() || minima.front().contradiction_share <= kContradictionDoubtful) return {};
   const auto other = std::find_if(minima.begin(), minima.end(), [&](const Minimum& m) {
-    return m.contradiction_share <= kContradictionDoubtful &&
+    return m.contradiction_share <= kContradictionDoubtful && m.score > 0 &&
            m.score >= kNearlyAsWell * minima.front().score;
   });
-  if (other != minima.end()) std::rotate(minima.begin(), other, other + 1);
+  if (other == minima.end()) return {};
+  std::rotate(minima.begin(), other, other + 1);
+  return minima[1];
 }
 
 // The results of `add(sample, result)` over runs of samples, in order. The runs do not depend on
@@ -219,9 +223,9 @@ Alignment AlignFrom(const model::PlanningView& model, const CorrespondenceField&
     m.contradiction_share = space.ContradictionShare();
   });
   SortAndKeepDistinct(few, kApart, minima);
-  PutUndoubtedFirst(minima);
 
   Alignment result;
+  result.displaced = PutUndoubtedFirst(minima);
   const Eigen::Isometry3d best = minima.front().T_world_scan;
   const FineResult fine = Finish(search, surface, best, term_of(best), config, parallel);
   result.T_world_scan = fine.pose;

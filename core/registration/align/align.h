@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -34,6 +35,8 @@ struct Alignment {
   int iterations = 0;           // of the last stage
   double score = 0;             // as in Minimum
   std::vector<Minimum> rivals;  // other minima apart from it by more than kApart, best first
+  // Of these, one that fits better, but which known space makes doubtful (algorithm.md section 9).
+  std::optional<Minimum> displaced;
 };
 
 // Poses that move the scan's surface by less than this (m, rms) count as the same minimum. The

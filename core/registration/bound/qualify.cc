@@ -37,6 +37,18 @@ constexpr double kResidualVoxels = 0.4;
 // Share of the samples in known space that contradict it (kContradictionDoubtful), beyond which no
 // furniture explains it.
 constexpr double kContradictionFailed = 0.40;
+// Whether what contradicts a pose was moved since, as far as can be told.
+bool MovedThingsExplain(const model::PlanningView& model, const sensor::Scan& scan,
+                        const ScanSurface& surface, double spacing, const Eigen::Isometry3d& pose,
+                        std::span<const SurfaceSample> samples, parallel::Parallel& parallel) {
+  const VoxelSearch there(model, BoxOf(surface, pose));
+  const std::vector<SampleAgreement> agreements =
+      CompareSamples(model, there, samples, pose, parallel);
+  return AgreementOf(samples, agreements).ContradictionShare() <= kContradictionFailed &&
+         FindMovedThings(model, scan, surface, spacing, pose, samples, agreements, parallel)
+             .Explain();
+}
+
 double Median(std::vector<double> values) {
   if (values.empty()) return 0;
   const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
@@ -274,6 +286,16 @@ Qualification Qualify(const model::PlanningView& model, const ScanSurface& surfa
     result.rival_poses = OpenRivals(model, surface, alignment, at_best, parallel);
     std::erase_if(result.rival_poses,
                   [&](const RivalPose& rival) { return Refute(targets, rival.T_world_scan); });
+    // What speaks against it may have been moved since, and then it fits better than this one.
+    if (alignment.displaced.has_value() && result.rival_poses.empty() && scan != nullptr &&
+        !Refute(targets, alignment.displaced->T_world_scan) &&
+        MovedThingsExplain(model, *scan, surface, config.sample_spacing,
+                           alignment.displaced->T_world_scan, in_space, parallel)) {
+      const Eigen::Isometry3d& there = alignment.displaced->T_world_scan;
+      result.rival_poses.push_back(
+          {there, alignment.displaced->score / alignment.score,
+           (there.translation() - alignment.T_world_scan.translation()).norm()});
+    }
   }
   if (!result.rival_poses.empty()) {
     const RivalPose& first = result.rival_poses.front();

@@ -16,7 +16,7 @@ namespace vantage::registration {
 // Another pose at which a scan fits, and that nothing known refutes.
 struct RivalPose {
   Eigen::Isometry3d T_world_scan = Eigen::Isometry3d::Identity();
-  double fit_share = 0;  // of what fits at the aligned pose; may be more than 1 by little
+  double fit_share = 0;  // of what fits at the aligned pose; up to 2 for a pose that gave way
   double distance = 0;   // m, between the scanner's places
 };
 

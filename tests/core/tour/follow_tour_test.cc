@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/fleet/look_ahead.h"
+#include "core/planning/ranking/view_report.h"
 #include "tests/core/tour/flat_tour.h"
 
 namespace vantage::tour {
@@ -125,6 +126,37 @@ TEST_F(FollowTourTest, WhereNoStopIsAcceptableThePlanStays) {
   EXPECT_TRUE(plan.views.front().verdict.registered());
   // Who follows none hears nothing of it.
   EXPECT_FALSE(Follow(greedy, {}).followed_tour.has_value());
+}
+
+// Where the plan suggests to stop, nobody is sent on.
+TEST_F(FollowTourTest, APlanThatSuggestsToStopStays) {
+  planning::Plan greedy = Plan();
+  greedy.termination.suggested = true;
+  const planning::Plan plan = Follow(greedy, stations_);
+  EXPECT_FALSE(plan.followed_tour->station.has_value());
+  EXPECT_THAT(plan.followed_tour->message, HasSubstr("another scan is not worth it"));
+  EXPECT_EQ(Places(plan), Places(greedy));
+}
+
+// What the map did not come to is not taken for what brings nothing.
+TEST_F(FollowTourTest, AStationThatWasNotScoredIsLookedAtLate) {
+  planning::Plan greedy = Plan();
+  const Eigen::Vector3d station = stations_[0];
+  std::erase_if(greedy.score_map, [&](const planning::ScoredCell& cell) {
+    return (cell.centre.cast<double>() - station).norm() < 2 * kSamePlace;
+  });
+  const planning::Plan plan = Follow(greedy, {station}, parallel::Budget::Seconds(0));
+  EXPECT_THAT(plan.followed_tour->message, Not(HasSubstr("less than")));
+}
+
+// A view names no other to fall back on that is not in the plan.
+TEST_F(FollowTourTest, FallbacksAreAmongTheViews) {
+  std::vector<planning::RankedView> views(2);
+  for (planning::RankedView& view : views) view.expected.emplace().fallback = 2;
+  planning::ViewReport::NameFallback(views);
+  for (const planning::RankedView& view : views) {
+    EXPECT_FALSE(view.expected->fallback.has_value());
+  }
 }
 
 TEST_F(FollowTourTest, WhatDoesNotRegisterIsPassedOver) {

@@ -171,6 +171,20 @@ TEST(CheckRequest, TargetsAreNamedAndSeenSomewhere) {
   }
 }
 
+// Memory is reserved by it, so what is stated has to be what comes.
+TEST(CheckRequest, APriorsFileIsAsLargeAsStated) {
+  v1::SetSitePriorRequest request;
+  request.set_file("v 0 0 0");
+  const std::vector<std::string> without = Wrong(CheckRequest(request));
+  for (const int64_t stated : {int64_t{-1}, int64_t{6}, std::numeric_limits<int64_t>::max(),
+                               std::numeric_limits<int64_t>::min()}) {
+    request.set_uncompressed_size_bytes(stated);
+    EXPECT_THAT(Wrong(CheckRequest(request)), testing::Contains("uncompressed_size_bytes"));
+  }
+  request.set_uncompressed_size_bytes(7);
+  EXPECT_EQ(Wrong(CheckRequest(request)), without);
+}
+
 TEST(CheckRequest, AnExportHasAFormatThatThereIs) {
   v1::ExportModelRequest request;
   EXPECT_THAT(Wrong(CheckRequest(request)), UnorderedElementsAre("format"));

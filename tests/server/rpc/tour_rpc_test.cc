@@ -166,6 +166,7 @@ TEST_F(TourRpc, WithinLimitsAndForASectorNothingIsKept) {
   ASSERT_TRUE(set.ok()) << set.error_message();
   request = Request();
   ASSERT_TRUE(Ask(request).ok());
+  ASSERT_GT(steps_.back().tour().stops_size(), 0);
   for (const v1::TourStop& stop : steps_.back().tour().stops()) {
     EXPECT_TRUE(stop.has_heading_rad());
   }

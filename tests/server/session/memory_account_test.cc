@@ -35,6 +35,12 @@ TEST(MemoryAccount, WhatIsLargerThanEverythingComesAlone) {
   EXPECT_FALSE(account.Take("", 1000).has_value());
 }
 
+TEST(MemoryAccount, NobodyTakesLessThanNothing) {
+  MemoryAccount account(100);
+  EXPECT_FALSE(account.Take("", -1).has_value());
+  EXPECT_FALSE(account.TakeSpare("", -1).has_value());
+}
+
 TEST(MemoryAccount, WithoutABudgetEverythingIsLetIn) {
   MemoryAccount account(0);
   const auto first = account.Take("", int64_t{1} << 60);
