@@ -53,7 +53,7 @@ absl::StatusOr<Plan> MakePlanChoosingSetting(const model::PlanningView& model,
                                              const PlanningConfig& config,
                                              const parallel::Budget& budget,
                                              parallel::Parallel& parallel, PlanProgress progress,
-                                             std::shared_ptr<const ExpectedSite> site) {
+                                             const std::shared_ptr<const ExpectedSite>& site) {
   if (options.empty()) return absl::InvalidArgumentError("name at least one setting");
   Plan plan;
   std::vector<RankedView> views;

@@ -34,12 +34,10 @@ struct SettingOption {
 // the setting that makes it so. Termination and map of scores are those of the first option,
 // so the finest setting should come first. `site`: what a prior shows, as PlanningQuestion has it.
 // Errors as of MakePlan(), and INVALID_ARGUMENT without options.
-absl::StatusOr<Plan> MakePlanChoosingSetting(const model::PlanningView& model,
-                                             std::span<const SettingOption> options,
-                                             const PlanningConfig& config,
-                                             const parallel::Budget& budget,
-                                             parallel::Parallel& parallel, PlanProgress progress,
-                                             std::shared_ptr<const ExpectedSite> site = nullptr);
+absl::StatusOr<Plan> MakePlanChoosingSetting(
+    const model::PlanningView& model, std::span<const SettingOption> options,
+    const PlanningConfig& config, const parallel::Budget& budget, parallel::Parallel& parallel,
+    PlanProgress progress, const std::shared_ptr<const ExpectedSite>& site = nullptr);
 
 }  // namespace vantage::planning
 
