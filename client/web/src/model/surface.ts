@@ -1,5 +1,6 @@
 // The surface of the model as the server exports it (EXPORT_FORMAT_SURFACE_PLY): one element for each
 // voxel of surface, read while it arrives.
+import { bytesOf, readScalar } from "./ply_scalars";
 
 // As SurfaceKind.
 export const kind = { measured: 1, hidden: 2, noEcho: 3, outside: 4 } as const;
@@ -20,53 +21,6 @@ export interface Surface {
   area: Float32Array;
   // 1 where no scan will bring more.
   givenUp: Uint8Array;
-}
-
-const sizes: Record<string, number> = {
-  char: 1,
-  uchar: 1,
-  int8: 1,
-  uint8: 1,
-  short: 2,
-  ushort: 2,
-  int16: 2,
-  uint16: 2,
-  int: 4,
-  uint: 4,
-  int32: 4,
-  uint32: 4,
-  float: 4,
-  float32: 4,
-  double: 8,
-  float64: 8,
-};
-
-function read(view: DataView, at: number, type: string): number {
-  switch (type) {
-    case "char":
-    case "int8":
-      return view.getInt8(at);
-    case "uchar":
-    case "uint8":
-      return view.getUint8(at);
-    case "short":
-    case "int16":
-      return view.getInt16(at, true);
-    case "ushort":
-    case "uint16":
-      return view.getUint16(at, true);
-    case "int":
-    case "int32":
-      return view.getInt32(at, true);
-    case "uint":
-    case "uint32":
-      return view.getUint32(at, true);
-    case "float":
-    case "float32":
-      return view.getFloat32(at, true);
-    default:
-      return view.getFloat64(at, true);
-  }
 }
 
 interface Header {
@@ -98,8 +52,7 @@ export function readHeader(bytes: Uint8Array): { header: Header; length: number 
     }
     if (words[0] === "property" && within) {
       const [, type = "", name = ""] = words;
-      const size = sizes[type];
-      if (size === undefined) throw new Error(`a property of type '${type}'`);
+      const size = bytesOf(type);
       header.properties.set(name, { at: header.stride, type });
       header.stride += size;
     }
@@ -162,7 +115,7 @@ export class SurfaceReader {
     const column = (name: string) => {
       const property = properties.get(name);
       if (property === undefined) return () => 0;
-      return (element: number) => read(view, element * stride + property.at, property.type);
+      return (element: number) => readScalar(view, element * stride + property.at, property.type, true);
     };
     const [x, y, z] = [column("x"), column("y"), column("z")];
     const [nx, ny, nz] = [column("nx"), column("ny"), column("nz")];

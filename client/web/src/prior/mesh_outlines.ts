@@ -1,5 +1,6 @@
 // The walls of a model of a building (OBJ, PLY): where a level plane over most furniture cuts its triangles.
 import type { Point } from "../draw/projection";
+import { bytesOf, readScalar } from "../model/ply_scalars";
 import { joined, largest, simplified, type Outline } from "./outlines";
 
 export interface Mesh {
@@ -40,25 +41,6 @@ function addFan(triangles: number[], corners: readonly number[], count: number):
   if (corners.some((corner) => !(corner >= 0 && corner < count))) return;
   for (let i = 2; i < corners.length; ++i) triangles.push(corners[0]!, corners[i - 1]!, corners[i]!);
 }
-
-const bytesOf: Record<string, number> = {
-  char: 1,
-  uchar: 1,
-  int8: 1,
-  uint8: 1,
-  short: 2,
-  ushort: 2,
-  int16: 2,
-  uint16: 2,
-  int: 4,
-  uint: 4,
-  int32: 4,
-  uint32: 4,
-  float: 4,
-  float32: 4,
-  double: 8,
-  float64: 8,
-};
 
 interface Element {
   name: string;
@@ -124,16 +106,9 @@ function binaryReader(bytes: Uint8Array, from: number, little: boolean): (type: 
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   let at = from;
   return (type) => {
-    const size = bytesOf[type];
-    if (size === undefined) throw new Error(`a property of type '${type}'`);
     const before = at;
-    at += size;
-    if (type.startsWith("float") && size === 4) return view.getFloat32(before, little);
-    if (size === 8) return view.getFloat64(before, little);
-    const signed = !type.startsWith("u");
-    if (size === 1) return signed ? view.getInt8(before) : view.getUint8(before);
-    if (size === 2) return signed ? view.getInt16(before, little) : view.getUint16(before, little);
-    return signed ? view.getInt32(before, little) : view.getUint32(before, little);
+    at += bytesOf(type);
+    return readScalar(view, before, type, little);
   };
 }
 

@@ -223,3 +223,17 @@ export async function keepPicture(page: Page, name: string): Promise<void> {
   await page.waitForTimeout(400);
   await page.screenshot({ path: `${folder}/${name}.png` });
 }
+
+// In both sizes.
+export async function keepBothSizes(page: Page, name: string): Promise<void> {
+  if (process.env.VANTAGE_SCREENSHOTS === undefined) return;
+  for (const [size, suffix] of [
+    [upright, "800"],
+    [lying, "1280"],
+  ] as const) {
+    await page.setViewportSize(size);
+    await keepPicture(page, `${name}-${suffix}`);
+  }
+  await page.setViewportSize(upright);
+  await page.waitForTimeout(200);
+}

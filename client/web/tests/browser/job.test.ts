@@ -1,8 +1,7 @@
 // A whole job by taps: opened, scanned, planned, refused, taken back, finished.
 import { readFile } from "node:fs/promises";
 import { afterAll, beforeAll, expect, test } from "vitest";
-import type { Page } from "playwright-core";
-import { goTo, isAccessible, keepPicture, lying, sendFile, Site, upright } from "./harness";
+import { goTo, isAccessible, keepBothSizes, sendFile, Site } from "./harness";
 import { Surveyor } from "./simulated_site";
 
 const site = new Site();
@@ -12,19 +11,6 @@ afterAll(async () => {
   expect(site.errors).toEqual([]);
 });
 
-// In both sizes, where pictures are kept.
-async function picture(page: Page, name: string): Promise<void> {
-  if (process.env.VANTAGE_SCREENSHOTS === undefined) return;
-  for (const [size, suffix] of [
-    [upright, "800"],
-    [lying, "1280"],
-  ] as const) {
-    await page.setViewportSize(size);
-    await keepPicture(page, `${name}-${suffix}`);
-  }
-  await page.setViewportSize(upright);
-}
-
 test("a job from the first scan to 'enough'", async () => {
   const page = await site.tablet();
   const surveyor = new Surveyor();
@@ -32,7 +18,7 @@ test("a job from the first scan to 'enough'", async () => {
   await page.getByLabel("Name of the job").fill("Flat by the canal");
   await page.getByRole("radio", { name: "Coarse, 5 cm" }).tap();
   await isAccessible(page, "a new job");
-  await picture(page, "new-job");
+  await keepBothSizes(page, "new-job");
   await page.getByRole("button", { name: "Start" }).tap();
 
   await page.getByRole("heading", { name: "Make the first scan" }).waitFor();
@@ -50,7 +36,7 @@ test("a job from the first scan to 'enough'", async () => {
     await page.getByText("Still improving").waitFor({ state: "detached" });
     if (made === 1) {
       await isAccessible(page, "the next place");
-      await picture(page, "next");
+      await keepBothSizes(page, "next");
     }
     if (made === 2) {
       await page.getByRole("button", { name: "What's left" }).tap();
@@ -104,14 +90,14 @@ test("a job from the first scan to 'enough'", async () => {
   await page.getByRole("button", { name: "What's left" }).tap();
   await page.getByText("of the surface is at full density").waitFor();
   await isAccessible(page, "what is left");
-  await picture(page, "left");
+  await keepBothSizes(page, "left");
   await page.getByRole("button", { name: "Close", exact: true }).first().tap();
 
   // The plan: a place of one's own choice, in words.
   await goTo(page, "Plan");
   await page.getByRole("heading", { name: /Places to scan from|Scan here next/ }).waitFor();
   await isAccessible(page, "the plan");
-  await picture(page, "plan");
+  await keepBothSizes(page, "plan");
   // By keys alone: a station from the list, and the place in the middle of the plan.
   await page.getByRole("button", { name: "Station 1", exact: true }).press("Enter");
   await page.getByRole("heading", { name: "Station 1" }).waitFor();
@@ -138,14 +124,14 @@ test("a job from the first scan to 'enough'", async () => {
   await tried.waitFor();
   await page.getByText("Working it out").waitFor({ state: "detached" });
   await isAccessible(page, "a place that was tried");
-  await picture(page, "trial");
+  await keepBothSizes(page, "trial");
   await close.tap();
   await page.getByRole("button", { name: "Where it pays" }).tap();
   await page.getByRole("button", { name: "What holds together" }).tap();
   await page.getByRole("button", { name: "Station 2", exact: true }).tap();
   await page.getByRole("heading", { name: "Station 2" }).waitFor();
   await isAccessible(page, "a station on the plan");
-  await picture(page, "heat");
+  await keepBothSizes(page, "heat");
   await page.getByRole("button", { name: "More about this scan" }).tap();
   await page.getByRole("dialog").getByRole("heading", { name: "Station 2" }).waitFor();
   await isAccessible(page, "a scan");
@@ -174,7 +160,7 @@ test("a job from the first scan to 'enough'", async () => {
     .poll(async () => Number(await page.getByRole("img", { name: "The model in 3D" }).getAttribute("data-points")))
     .toBeGreaterThan(10_000);
   await isAccessible(page, "3D");
-  await picture(page, "solid");
+  await keepBothSizes(page, "solid");
 
   await goTo(page, "Job");
   await page.getByRole("heading", { name: "This tablet's scanner" }).waitFor();
@@ -201,6 +187,6 @@ test("a job from the first scan to 'enough'", async () => {
   await page.getByRole("heading", { name: "Was herauskommt" }).waitFor();
   await page.getByRole("navigation").getByText("Stationen", { exact: true }).tap();
   await isAccessible(page, "stations, dark, in German");
-  await picture(page, "stations-dark-de");
+  await keepBothSizes(page, "stations-dark-de");
   await page.context().close();
 }, 420_000);

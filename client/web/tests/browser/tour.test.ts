@@ -3,7 +3,7 @@
 import { afterAll, beforeAll, expect, test } from "vitest";
 import type { Locator, Page } from "playwright-core";
 import { fit, toScreen, type Point } from "../../src/draw/projection";
-import { goTo, isAccessible, keepPicture, lying, sendFile, Site, upright } from "./harness";
+import { goTo, isAccessible, keepBothSizes, sendFile, Site } from "./harness";
 import { drawn, floorPlanPicture, inPicture, Surveyor } from "./simulated_site";
 
 const site = new Site();
@@ -12,19 +12,6 @@ afterAll(async () => {
   await site.stop();
   expect(site.errors).toEqual([]);
 });
-
-async function picture(page: Page, name: string): Promise<void> {
-  if (process.env.VANTAGE_SCREENSHOTS === undefined) return;
-  for (const [size, suffix] of [
-    [upright, "800"],
-    [lying, "1280"],
-  ] as const) {
-    await page.setViewportSize(size);
-    await keepPicture(page, `${name}-${suffix}`);
-  }
-  await page.setViewportSize(upright);
-  await page.waitForTimeout(200);
-}
 
 // Taps a place of the flat in the picture of its plan, which is shown whole.
 async function tapInPlan(page: Page, place: Point): Promise<void> {
@@ -69,7 +56,7 @@ test("a floor plan before the first scan, and what is left in half an hour", asy
   await choose(page, "large.obj", Buffer.from("v 0 0 0\n".repeat(500_000)));
   await page.getByText(/This file has 4\.0\sMB; up to 3\.1\sMB can be sent/).waitFor();
   await isAccessible(page, "choosing an existing plan");
-  await picture(page, "existing-choose");
+  await keepBothSizes(page, "existing-choose");
 
   // Placed by the first scan: where it will be made, and where the scanner's front points to.
   await choose(page, "ground floor.png", floorPlanPicture());
@@ -87,7 +74,7 @@ test("a floor plan before the first scan, and what is left in half an hour", asy
   await page.getByLabel("From A to B, m").fill(String(ahead));
   await page.getByText(/A and B are 2\.5\sm apart/).waitFor();
   await isAccessible(page, "placing an existing plan");
-  await picture(page, "existing-place");
+  await keepBothSizes(page, "existing-place");
   await page.getByRole("button", { name: "Place it" }).tap();
   await page.getByText("where you placed it").waitFor();
   await isAccessible(page, "an existing plan that is placed");
@@ -98,14 +85,14 @@ test("a floor plan before the first scan, and what is left in half an hour", asy
 
   // Its walls are dashed on the plan, and the whole job can be told before the first scan.
   await expect.poll(() => expectedOn(page.locator("canvas").first())).toBeGreaterThan(0);
-  await picture(page, "existing-next");
+  await keepBothSizes(page, "existing-next");
   await page.getByRole("button", { name: "The whole job" }).tap();
   await page.getByRole("radio", { name: "No limit" }).tap();
   await page.getByText(headline).waitFor();
   await page.getByText(/Looking for something better|Working out/).waitFor({ state: "detached" });
   expect(await stopsOn(page.getByRole("dialog").locator("canvas"))).toBeGreaterThan(0);
   await isAccessible(page, "the whole job before the first scan");
-  await picture(page, "tour-before");
+  await keepBothSizes(page, "tour-before");
   await page.getByRole("radio", { name: "30 min" }).tap();
   await page.getByText(headline).waitFor();
   await page.getByText(/^Until \d\d:\d\d\.$/).waitFor();
@@ -116,7 +103,7 @@ test("a floor plan before the first scan, and what is left in half an hour", asy
   await expect.poll(() => stopsOn(plan)).toBe(stops);
   expect(await expectedOn(plan)).toBeGreaterThan(0);
   await isAccessible(page, "the route on the plan");
-  await picture(page, "tour-plan-before");
+  await keepBothSizes(page, "tour-plan-before");
 
   // The first scan aligns it: what is measured is no longer dashed.
   const dashed = await expectedOn(plan);
@@ -127,7 +114,7 @@ test("a floor plan before the first scan, and what is left in half an hour", asy
   await page.getByRole("button", { name: "Existing plan" }).tap();
   await page.getByText(/aligned to \d+\scm/).waitFor();
   await isAccessible(page, "an existing plan that is aligned");
-  await picture(page, "existing-aligned");
+  await keepBothSizes(page, "existing-aligned");
   await close(page);
   await page.waitForTimeout(500);
   expect(await expectedOn(plan)).not.toBe(dashed);
@@ -135,7 +122,7 @@ test("a floor plan before the first scan, and what is left in half an hour", asy
   // The rest of the half hour, planned anew.
   await page.getByText(headline).waitFor();
   await page.getByText(/Looking for something better|Working out/).waitFor({ state: "detached" });
-  await picture(page, "tour-plan");
+  await keepBothSizes(page, "tour-plan");
 
   // Without a limit what is left of it stays as it is once a stop is made.
   await page.getByRole("radio", { name: "No limit" }).tap();
@@ -147,11 +134,11 @@ test("a floor plan before the first scan, and what is left in half an hour", asy
   await follow.tap();
   await expect.poll(() => follow.getAttribute("aria-pressed")).toBe("true");
   await isAccessible(page, "a route that is followed");
-  await picture(page, "tour-follow");
+  await keepBothSizes(page, "tour-follow");
   await goTo(page, "Next");
   await page.getByText(/^(Stop \d+ of your route|No stop of your route pays)/).waitFor();
   await isAccessible(page, "a stop of the route as the next place");
-  await picture(page, "tour-followed");
+  await keepBothSizes(page, "tour-followed");
   const followed = (await site.api.plans.listPlans({ parent: session, pageSize: 200 })).plans.filter(
     (made) => made.result?.followedTour !== undefined,
   );
@@ -169,7 +156,7 @@ test("a floor plan before the first scan, and what is left in half an hour", asy
   await page.getByRole("list", { name: "In this order" }).getByRole("button").first().tap();
   await page.getByRole("heading", { name: "Stop 1" }).waitFor();
   await isAccessible(page, "a stop");
-  await picture(page, "tour-stop");
+  await keepBothSizes(page, "tour-stop");
   await page.getByRole("button", { name: "Scanning here" }).tap();
   await expect.poll(async () => (await site.api.fleet.listStations({ parent: session })).stations.length).toBe(1);
   await page.getByText(/^\d+ stops? (is|are) as before\.$/).waitFor();
@@ -190,7 +177,7 @@ test("a floor plan before the first scan, and what is left in half an hour", asy
   await page.getByRole("button", { name: "Work it out" }).tap();
   await page.getByText(/^[12] stations?, /).waitFor();
   await isAccessible(page, "what is left in two scans");
-  await picture(page, "tour-left");
+  await keepBothSizes(page, "tour-left");
   await close(page);
   await goTo(page, "Plan");
   await page.getByRole("button", { name: "Existing plan" }).tap();
@@ -260,7 +247,7 @@ test("two scanners in zones of their own, another tablet, and a plan that is pla
   await order.getByText("A1", { exact: true }).waitFor();
   await order.getByText("B1", { exact: true }).waitFor();
   await isAccessible(page, "a route of two scanners");
-  await picture(page, "tour-fleet");
+  await keepBothSizes(page, "tour-fleet");
   await page.getByRole("radio", { name: "One scanner" }).tap();
   await order.getByText("1", { exact: true }).waitFor();
 
@@ -287,7 +274,7 @@ test("two scanners in zones of their own, another tablet, and a plan that is pla
   await page.getByRole("button", { name: "Existing plan" }).tap();
   await page.getByText(/not aligned: unused|not used yet/).waitFor();
   await isAccessible(page, "an existing plan that is not used");
-  await picture(page, "existing-unused");
+  await keepBothSizes(page, "existing-unused");
 
   // Placed anew: the same two points here and there.
   await choose(page, "flat.png", file);
@@ -303,7 +290,7 @@ test("two scanners in zones of their own, another tablet, and a plan that is pla
   await there.press("Enter");
   await page.getByText("A and B are too near each other.").waitFor();
   await isAccessible(page, "placing an existing plan on what is scanned");
-  await picture(page, "existing-both");
+  await keepBothSizes(page, "existing-both");
   await page.getByRole("button", { name: "Type coordinates instead" }).tap();
   for (const [i, name] of ["A", "B"].entries()) {
     const at = inJob(corners[i]!);
@@ -311,7 +298,7 @@ test("two scanners in zones of their own, another tablet, and a plan that is pla
     await page.getByLabel(`${name}: Y at the site, m`).fill(at.y.toFixed(2));
   }
   await isAccessible(page, "typing where an existing plan lies");
-  await picture(page, "existing-typed");
+  await keepBothSizes(page, "existing-typed");
   await page.getByRole("button", { name: "Place it" }).tap();
   await page.getByText(/aligned to \d+\scm/).waitFor();
   await close(page);
@@ -331,7 +318,7 @@ test("two scanners in zones of their own, another tablet, and a plan that is pla
     .waitFor();
   await page.getByText(/Etwas Besseres wird gesucht|Welche Scans/).waitFor({ state: "detached" });
   await isAccessible(page, "a route of two scanners, dark, in German");
-  await picture(page, "tour-dark-de");
+  await keepBothSizes(page, "tour-dark-de");
   await page.context().close();
 }, 240_000);
 
@@ -366,7 +353,7 @@ test("a drawing in millimetres and a model whose y points up, placed by keys alo
     await map.press("Enter");
     await page.getByText("Both points are set.").waitFor();
     await isAccessible(page, `placing ${name}`);
-    if (yUp) await picture(page, "existing-model");
+    if (yUp) await keepBothSizes(page, "existing-model");
     await page.getByRole("button", { name: "Place it" }).press("Enter");
     await page.getByText("where you placed it").waitFor();
     await page.keyboard.press("Escape");

@@ -7,7 +7,6 @@ import {
   SitePriorState,
 } from "../../src/gen/vantage/v1/site_prior_pb";
 import { ScanSchema } from "../../src/gen/vantage/v1/scan_pb";
-import { SessionSchema } from "../../src/gen/vantage/v1/session_pb";
 import { firstScanMarks } from "../../src/draw/marks";
 import type { Site } from "../../src/job/site";
 import { upright } from "../../src/job/heading";
@@ -23,24 +22,10 @@ import { unmeasured } from "../../src/prior/unmeasured";
 import english from "../../src/texts/en.json";
 import { fill } from "../../src/texts/texts.svelte";
 import { existingVerdict } from "../../src/words/existing_plan_words";
+import { emptySite } from "./empty_site";
 
 const bytes = (text: string) => Uint8Array.from(text, (character) => character.charCodeAt(0));
 const say = (key: keyof typeof english, parameters = {}) => fill(english[key], parameters, "en");
-
-const noSite: Site = {
-  session: create(SessionSchema, { name: "sessions/s" }),
-  scans: [],
-  scanners: [],
-  claims: [],
-  stations: [],
-  rejections: [],
-  uploads: [],
-  prior: undefined,
-  plans: new Map(),
-  sequence: 0n,
-  modelVersion: 0n,
-  changed: 0n,
-};
 
 test("a file is told by how it begins", () => {
   for (const [head, kind] of [
@@ -260,7 +245,7 @@ test("two places say where it lies, in the coordinates that the contract has", (
 test("where the first scan is to be made is marked until there is one, if the plan was placed by it", () => {
   const at = (x: number, y: number) => ({ site: { x, y, z: -1.5 } });
   const placed = (...points: { site: { x: number; y: number; z: number } }[]): Site => ({
-    ...noSite,
+    ...emptySite,
     prior: create(SitePriorSchema, { points }),
   });
   expect(firstScanMarks(placed(at(0, 0), at(2.5, 0))).map((mark) => [mark.type, mark.x, mark.y])).toEqual([
@@ -269,7 +254,7 @@ test("where the first scan is to be made is marked until there is one, if the pl
   expect(firstScanMarks(placed(at(0, 0), at(2.5, 1)))).toEqual([]);
   expect(firstScanMarks(placed(at(3, 0), at(2.5, 0)))).toEqual([]);
   expect(firstScanMarks({ ...placed(at(0, 0), at(2.5, 0)), scans: [create(ScanSchema, { name: "a" })] })).toEqual([]);
-  expect(firstScanMarks(noSite)).toEqual([]);
+  expect(firstScanMarks(emptySite)).toEqual([]);
 });
 
 test("a distance gives a picture its scale, and what cannot be is said before it is sent", () => {

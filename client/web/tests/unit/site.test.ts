@@ -5,7 +5,6 @@ import { SessionEventSchema, type SessionEvent } from "../../src/gen/vantage/v1/
 import { Vector3Schema } from "../../src/gen/vantage/v1/geometry_pb";
 import { ScanState } from "../../src/gen/vantage/v1/scan_pb";
 import { UploadState } from "../../src/gen/vantage/v1/upload_pb";
-import { SessionSchema } from "../../src/gen/vantage/v1/session_pb";
 import {
   apply,
   freshPlan,
@@ -17,21 +16,8 @@ import {
   withoutExpired,
   type Site,
 } from "../../src/job/site";
+import { emptySite as empty } from "./empty_site";
 
-const empty: Site = {
-  session: create(SessionSchema, { name: "sessions/s" }),
-  scans: [],
-  scanners: [],
-  claims: [],
-  stations: [],
-  rejections: [],
-  uploads: [],
-  prior: undefined,
-  plans: new Map(),
-  sequence: 0n,
-  modelVersion: 0n,
-  changed: 0n,
-};
 let count = 0n;
 const event = (what: MessageInitShape<typeof SessionEventSchema>["event"], ms = 0): SessionEvent =>
   create(SessionEventSchema, { sequence: ++count, time: timestampFromMs(ms), event: what! });

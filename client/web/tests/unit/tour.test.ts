@@ -3,7 +3,6 @@ import { expect, test } from "vitest";
 import { stopLabels, stopMarks, tourLines } from "../../src/draw/tour_lines";
 import { StationSchema, ScannerSchema } from "../../src/gen/vantage/v1/fleet_pb";
 import { ScanSchema, ScanState } from "../../src/gen/vantage/v1/scan_pb";
-import { SessionSchema } from "../../src/gen/vantage/v1/session_pb";
 import { TourSchema, TourStopSchema, type TourStop } from "../../src/gen/vantage/v1/tour_pb";
 import type { Site } from "../../src/job/site";
 import { fleetOf, notMade, wishOf } from "../../src/job/tour_wish";
@@ -11,26 +10,13 @@ import english from "../../src/texts/en.json";
 import { fill } from "../../src/texts/texts.svelte";
 import { hoursAndMinutes, percentFine, spacing } from "../../src/words/numbers";
 import { leastWorth, stopWords, tourHeadline, tourRemarks } from "../../src/words/tour_words";
+import { emptySite } from "./empty_site";
 
 const say = (key: keyof typeof english, parameters = {}) => fill(english[key], parameters, "en");
 const nbsp = "\u00a0";
 const minutes = (n: number) => ({ seconds: BigInt(60 * n), nanos: 0 });
 const stop = (x: number, y: number, more = {}): TourStop =>
   create(TourStopSchema, { position: { x, y, z: 1.5 }, ...more });
-const site: Site = {
-  session: create(SessionSchema, { name: "sessions/s" }),
-  scans: [],
-  scanners: [],
-  claims: [],
-  stations: [],
-  rejections: [],
-  uploads: [],
-  prior: undefined,
-  plans: new Map(),
-  sequence: 0n,
-  modelVersion: 0n,
-  changed: 0n,
-};
 
 test("what is left of the day is what the server is asked for", () => {
   const stops = [stop(1, 2), stop(3, 4)];
@@ -63,7 +49,7 @@ test("what is left of the day is what the server is asked for", () => {
 test("stops that were made are not planned again", () => {
   const stops = [stop(0, 0), stop(5, 0), stop(5, 5), stop(0, 5)];
   const made: Site = {
-    ...site,
+    ...emptySite,
     scans: [
       create(ScanSchema, { name: "a", state: ScanState.MERGED, pose: { translation: { x: 0.3, y: 0.1, z: 1.4 } } }),
       // In doubt: nothing is known of where it was made.
@@ -78,9 +64,9 @@ test("stops that were made are not planned again", () => {
 
 test("a tour is made for scanners of one model", () => {
   const scanner = (name: string, scannerModelId: string) => create(ScannerSchema, { name, scannerModelId });
-  const mixed = { ...site, scanners: [scanner("a", "one"), scanner("b", "two"), scanner("c", "one")] };
+  const mixed = { ...emptySite, scanners: [scanner("a", "one"), scanner("b", "two"), scanner("c", "one")] };
   expect(fleetOf(mixed)).toEqual(["a", "c"]);
-  expect(fleetOf(site)).toEqual([]);
+  expect(fleetOf(emptySite)).toEqual([]);
 });
 
 const tour = create(TourSchema, {
