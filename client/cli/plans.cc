@@ -46,7 +46,9 @@ absl::StatusOr<ExitCode> RunPlansList(Environment& environment,
     table.Add({client::IdOf(plan.name()), Word(plan.state()),
                plan.has_result() ? Word(result.outcome()) : "",
                absl::StrCat(result.model_version()), any ? Text(result.views(0).position()) : "",
-               any ? absl::StrFormat("%.1f", result.views(0).model_gain_m2()) : "",
+               any && GainIsKnown(result.views(0))
+                   ? absl::StrFormat("%.1f", result.views(0).model_gain_m2())
+                   : "",
                Time(plan.create_time())});
   }
   std::fputs(table.ToString().c_str(), stdout);

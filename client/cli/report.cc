@@ -74,7 +74,7 @@ void AddViews(const google::protobuf::RepeatedPtrField<v1::RankedView>& views, b
     table.Add(
         {refused ? "-" : absl::StrCat(i + 1), absl::StrCat(Text(view.position()), Facing(view)),
          FloorKnown(view) ? absl::StrFormat("%.2f", view.height_over_floor_m()) : "-",
-         StoreyOf(view), view.exact() ? SquareMetres(view.model_gain_m2()) : "",
+         StoreyOf(view), GainIsKnown(view) ? SquareMetres(view.model_gain_m2()) : "",
          absl::StrFormat("%.0f..%.0f", view.score_lower(), view.score_upper()),
          view.has_travel_distance_m() ? absl::StrFormat("%.1f", view.travel_distance_m()) : "",
          view.has_verdict() ? Word(view.verdict().outcome()) : "not checked yet",
@@ -355,12 +355,16 @@ std::string StagesLine(const v1::PlanResult& result) {
   return absl::StrCat(absl::StrJoin(parts, ", "), absl::StrFormat("; %.2f s in all", total));
 }
 
+bool GainIsKnown(const v1::RankedView& view) {
+  return view.exact() && view.model_gain_lower_m2() == view.model_gain_upper_m2();
+}
+
 std::string ViewReport(const v1::RankedView& view) {
   std::string out =
-      view.exact()
+      GainIsKnown(view)
           ? absl::StrFormat("  gain       brings %.2f m\u00b2 to density\n", view.model_gain_m2())
-          : std::string("  gain       not known yet: the score is not exact\n");
-  if (view.exact() && view.expected_gain_m2() > view.model_gain_m2() + 0.005) {
+          : std::string("  gain       not known: the budget ended before\n");
+  if (GainIsKnown(view) && view.expected_gain_m2() > view.model_gain_m2() + 0.005) {
     absl::StrAppendFormat(
         &out,
         "  expected   %.1f m\u00b2 with what was not seen yet; %.1f to %.1f in four "
@@ -487,7 +491,7 @@ std::string JointReport(const v1::PlanResult& r) {
     const v1::RankedView& view = r.views(assignment.view_index());
     absl::StrAppend(&out, who, " to ", Text(view.position()), Facing(view));
     if (view.has_storey()) absl::StrAppend(&out, ", storey ", StoreyOf(view));
-    if (view.exact()) {
+    if (GainIsKnown(view)) {
       absl::StrAppendFormat(&out, ", brings %.2f m\u00b2 to density", view.model_gain_m2());
     }
     if (view.has_total_duration()) {

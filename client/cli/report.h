@@ -33,6 +33,9 @@ std::string Facing(const v1::RankedView& view);
 std::string Facing(const v1::Claim& claim);
 std::string Facing(const v1::Station& station);
 
+// Whether a view's gains are known: where a plan's time did not suffice for them, they are 0.
+bool GainIsKnown(const v1::RankedView& view);
+
 // 'registered: overlap 63 %, error bound 0.5 mm, strength 0.31'.
 std::string VerdictFigures(const v1::RegistrationVerdict& verdict);
 // The same with reason and remedy.

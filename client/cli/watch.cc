@@ -70,7 +70,7 @@ std::string Words(const v1::SessionEvent& event) {
       if (plan.result().views_size() > 0) {
         const v1::RankedView& best = plan.result().views(0);
         absl::StrAppend(&words, ", next ", Text(best.position()));
-        if (best.exact()) {
+        if (GainIsKnown(best)) {
           absl::StrAppendFormat(&words, " for %.2f m\u00b2", best.model_gain_m2());
         }
       }

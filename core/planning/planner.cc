@@ -112,6 +112,11 @@ void DescribeChecked(const RegistrationCheck& check, const ViewReport& report,
   const parallel::Budget concluding = budget.Concluding();
   plan.views = report.Describe(check.registrable, evaluation, wanted, concluding, parallel);
   SortByExactScore(plan.views);
+  // People go to the first view, and what it brings is what they ask: as with its verdict, the
+  // budget is overrun for that.
+  if (!plan.views.empty() && !plan.views.front().model_gain.has_value()) {
+    report.DescribeGain(Overrun(concluding), parallel, plan.views.front());
+  }
   ViewReport::NameFallback(plan.views);
   plan.refused = report.Describe(check.refused, evaluation, wanted, concluding, parallel);
 }

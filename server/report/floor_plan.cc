@@ -175,6 +175,10 @@ class Drawing {
   }
 
   void DrawLinks() {
+    int64_t most = 1;
+    for (const v1::ScanLink& link : job_.graph.links()) {
+      most = std::max(most, link.correspondence_count());
+    }
     for (int i = 0; i < job_.graph.links_size(); ++i) {
       const v1::ScanLink& link = job_.graph.links(i);
       const v1::Scan* first = Find(link.first_scan());
@@ -185,7 +189,8 @@ class Drawing {
       Line(sheet_.ToSheet(InModel(first->pose().translation())),
            sheet_.ToSheet(InModel(second->pose().translation())),
            absl::StrFormat("stroke=\"%s\" stroke-width=\"%.2f\"%s", suspect ? "#a01010" : "#1a5c2e",
-                           0.12 + 0.55 * std::clamp(link.overlap_share(), 0.0, 1.0),
+                           0.1 + 0.6 * std::sqrt(static_cast<double>(link.correspondence_count()) /
+                                                 static_cast<double>(most)),
                            suspect ? " stroke-dasharray=\"1.5 1\"" : ""));
     }
   }

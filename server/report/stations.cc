@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <tuple>
 
 #include "absl/strings/str_cat.h"
 #include "core/registration/graph/surface_accuracy.h"
@@ -15,7 +16,7 @@ namespace {
 using Column = HtmlTable::Column;
 
 // Links that are told one by one, the weakest first.
-constexpr size_t kMostLinks = 400;
+constexpr size_t kMostLinks = 40;
 
 double Degrees(double radians) { return radians * 180 / std::numbers::pi; }
 
@@ -116,11 +117,15 @@ Html RegistrationTable(const JobRecord& job, const std::vector<NumberedScan>& sc
 Html LinkTable(const JobRecord& job, const std::vector<NumberedScan>& scans, const Words& say) {
   std::vector<int> order(static_cast<size_t>(job.graph.links_size()));
   for (size_t i = 0; i < order.size(); ++i) order[i] = static_cast<int>(i);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-    return job.graph.links(a).overlap_share() < job.graph.links(b).overlap_share();
-  });
+  const auto strength = [&](int i) {
+    const v1::ScanLink& link = job.graph.links(i);
+    return std::tuple(!link.in_doubt(), link.constrained_direction_count(),
+                      link.correspondence_count());
+  };
+  std::stable_sort(order.begin(), order.end(),
+                   [&](int a, int b) { return strength(a) < strength(b); });
   HtmlTable table(say(Text::kLinkCaption), {{say(Text::kBetweenColumn)},
-                                            {say(Text::kOverlapColumn), Column::kNumber},
+                                            {say(Text::kAgreeColumn), Column::kNumber},
                                             {say(Text::kPairsColumn), Column::kNumber},
                                             {say(Text::kResidualColumn), Column::kNumber},
                                             {say(Text::kExpectedResidualColumn), Column::kNumber},

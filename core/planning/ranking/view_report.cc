@@ -70,6 +70,26 @@ bool ViewReport::Exact(const Eigen::Vector3d& position, const ViewScore& score,
   return true;
 }
 
+bool ViewReport::DescribeGain(const parallel::Budget& budget, parallel::Parallel& parallel,
+                              RankedView& view) const {
+  RankedView split;
+  split.heading = view.heading;
+  if (!Exact(view.position, budget, parallel, split)) return false;
+  view.score_by_heading = std::move(split.score_by_heading);
+  view.score_by_kind = split.score_by_kind;
+  view.patch_scores = std::move(split.patch_scores);
+  view.score = view.lower = view.upper = split.score;
+  view.exact = true;
+  view.model_gain = split.model_gain;
+  view.gain_by_kind = split.gain_by_kind;
+  view.model_gain_upper = split.model_gain_upper;
+  view.gain_without_hidden = split.gain_without_hidden;
+  view.expected_gain = split.expected_gain;
+  view.expected_gain_lower = split.expected_gain_lower;
+  view.expected_gain_upper = split.expected_gain_upper;
+  return true;
+}
+
 std::vector<RankedView> ViewReport::Describe(std::span<const CheckedView> checked,
                                              const Evaluation& evaluation, size_t count,
                                              const parallel::Budget& budget,
@@ -97,22 +117,7 @@ std::vector<RankedView> ViewReport::Describe(std::span<const CheckedView> checke
       view.region = EquivalentRegionOf(evaluation, problem_.feasible(), i);
     }
     view.location = DescribeLocation(problem_, view);
-    RankedView split;
-    split.heading = view.heading;
-    if (Exact(view.position, budget, parallel, split)) {
-      view.score_by_heading = std::move(split.score_by_heading);
-      view.score_by_kind = split.score_by_kind;
-      view.patch_scores = std::move(split.patch_scores);
-      view.score = view.lower = view.upper = split.score;
-      view.exact = true;
-      view.model_gain = split.model_gain;
-      view.gain_by_kind = split.gain_by_kind;
-      view.model_gain_upper = split.model_gain_upper;
-      view.gain_without_hidden = split.gain_without_hidden;
-      view.expected_gain = split.expected_gain;
-      view.expected_gain_lower = split.expected_gain_lower;
-      view.expected_gain_upper = split.expected_gain_upper;
-    }
+    DescribeGain(budget, parallel, view);
   });
   return views;
 }

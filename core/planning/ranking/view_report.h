@@ -60,6 +60,11 @@ class ViewReport {
   bool Exact(const Eigen::Vector3d& position, const ViewScore& score, std::vector<float> by_cell,
              const parallel::Budget& budget, parallel::Parallel& parallel, RankedView& view) const;
 
+  // The same of a view that was described: its score and all that it gains, where its budget had
+  // not sufficed for that.
+  bool DescribeGain(const parallel::Budget& budget, parallel::Parallel& parallel,
+                    RankedView& view) const;
+
   // The plan while the evaluation is running: the best views so far, unchecked. Only the final plan
   // has patches and a map of scores.
   Plan Interim(const Plan& base, const Evaluation& evaluation) const;

@@ -247,6 +247,9 @@ TEST_F(PlannerTest, AnswersWithoutAnyTime) {
   EXPECT_TRUE(plan.views[0].verdict.registered());
   EXPECT_FALSE(plan.complete);
   EXPECT_GT(plan.optimality_gap, 0);
+  // What the place brings that people are sent to is said, too.
+  EXPECT_GT(plan.views[0].model_gain.value_or(0), 0);
+  EXPECT_GE(plan.views[0].expected_gain.value_or(0), plan.views[0].expected_gain_lower.value_or(1));
 }
 
 TEST_F(PlannerTest, FinishedSiteSuggestsToStop) {
