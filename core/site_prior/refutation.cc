@@ -20,8 +20,11 @@ namespace {
 // So much of a brick has to be gone or new, m2, before what is around is dropped: less is the
 // border of something.
 constexpr double kLeastRefuted = 0.03;
-constexpr double kDroppedAround = 3;          // times the accuracy, and a brick at least
-constexpr float kFacesAlike = 0.5F;           // cosine
+constexpr double kDroppedAround = 3;  // times the accuracy, and a brick at least
+constexpr float kFacesAlike = 0.5F;   // cosine
+// Voxels aside of the normal: two rasters of one plane differ by as much. What is farther aside is
+// no surface that lies a little off, but where it goes on.
+constexpr double kRasterAside = 1;
 constexpr size_t kSurfaceBetweenLooks = 512;  // voxels with surface, or bricks
 // Of voxels that a reach is: a tenth and a twentieth of a metre make three, and not a bit more.
 constexpr double kRounding = 1e-9;
@@ -61,10 +64,13 @@ class Around {
     return Any(v,
                [](const model::VoxelIndex&, model::VoxelState state) { return IsMeasured(state); });
   }
-  // Surface that faces alike.
+  // Surface that faces alike, before or behind.
   bool Same(const model::VoxelIndex& v, const Eigen::Vector3f& normal) const {
     return Any(v, [&](const model::VoxelIndex& at, model::VoxelState state) {
       if (state != model::VoxelState::kTrueSurface) return false;
+      const Eigen::Vector3d off = (at - v).cast<double>();
+      const double along = off.dot(normal.cast<double>());
+      if (off.squaredNorm() - along * along > kRasterAside * kRasterAside + kRounding) return false;
       return view_.Surface(at)->normal.dot(normal) > kFacesAlike;
     });
   }

@@ -11,6 +11,7 @@
 #include "core/model/view/brick_key.h"
 #include "core/planning/expectation/brick_edit.h"
 #include "core/planning/expectation/flights.h"
+#include "core/planning/expectation/looked_in_vain.h"
 #include "core/planning/expectation/room_limits.h"
 #include "core/planning/expectation/storey_beyond.h"
 #include "core/planning/openings/storey_section.h"
@@ -32,6 +33,7 @@ constexpr int kMostRefusals = 2;
 // pixels), or too small to be in anybody's way. Without this two of them under a lintel close a
 // door of 0.95 m, in voxels of 5 cm, to a scanner of 0.6 m.
 constexpr int kLeastAround = 2;
+constexpr double kSameFloor = 0.5;   // m: floors of one room, also with a step or two
 constexpr double kThreshold = 0.25;  // m before the middle of a doorway that belong to it
 
 const std::array<Eigen::Vector2i, 4> kSides = {Eigen::Vector2i(-1, 0), Eigen::Vector2i(1, 0),
@@ -170,10 +172,16 @@ void AddSite(const model::PlanningView& model, const ExpectedSite& site,
   }
 }
 
-// Whether a prior shows what is behind a doorway: then nothing else is expected there.
-bool Shown(const std::vector<Eigen::Vector2i>& room, const absl::flat_hash_set<Column>& by_prior) {
+// Whether a prior shows what is behind a doorway: then nothing else is expected there, also where
+// all that it shows is known by now.
+bool Shown(const std::vector<Eigen::Vector2i>& room, double floor, const ExpectedSite& site) {
+  absl::flat_hash_set<Column> in_room;
+  for (const Eigen::Vector2i& at : room) in_room.emplace(at.x(), at.y());
   size_t shown = 0;
-  for (const Eigen::Vector2i& at : room) shown += by_prior.contains({at.x(), at.y()}) ? 1 : 0;
+  for (const ExpectedFloor& there : site.floors()) {
+    if (std::abs(static_cast<double>(there.height) - floor) > kSameFloor) continue;
+    shown += in_room.erase({there.voxel.x(), there.voxel.y()});
+  }
   return 2 * shown > room.size();
 }
 
@@ -286,7 +294,7 @@ absl::StatusOr<std::shared_ptr<const Expectation>> Expectation::Of(
     const RoomBehind behind(model, openings, i);
     Room room{i, behind.Spread(), static_cast<float>(opening.centre.z())};
     if (room.columns.empty() || Refused(model, room.columns, rejected)) continue;
-    if (Shown(room.columns, by_prior)) continue;
+    if (site != nullptr && Shown(room.columns, opening.centre.z(), *site)) continue;
     behind.Apply(room.columns, edit, floors);
     for (const Eigen::Vector2i& at : room.columns) {
       if (!opening.glimpsed) break;
@@ -301,7 +309,14 @@ absl::StatusOr<std::shared_ptr<const Expectation>> Expectation::Of(
   if (!flights.has_value()) return absl::CancelledError("expectation");
   for (const Flight& flight : *flights) ExpectStorey(model, floor, flight, edit);
   if (site != nullptr) AddSite(model, *site, by_prior, edit, floors);
-  const std::vector<model::BrickAt> changed = edit.Bricks();
+  std::vector<model::BrickAt> changed = edit.Bricks();
+  if (site != nullptr) {
+    const model::PlanningView expected(model, model.version(), changed, model.stations());
+    if (!GiveUpLookedInVain(model, expected, changed, cancelled, edit)) {
+      return absl::CancelledError("expectation");
+    }
+    changed = edit.Bricks();
+  }
   return absl::WrapUnique<const Expectation>(new Expectation(
       model, model::PlanningView(model, model.version(), changed, model.stations()),
       std::move(floors), std::move(rooms), std::move(glimpsed), std::move(by_prior)));

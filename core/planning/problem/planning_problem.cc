@@ -203,8 +203,11 @@ absl::Status PlanningProblem::ExtractSurface(const Common& common, Making& makin
                                  *std::move(making.openings), cancelled);
     }
     if (part == 1 && !common.surface) {
+      PlanningConfig surface = config_;
+      // A prior says what is behind false surface: where it shows nothing, nothing deep is.
+      if (site_ != nullptr) surface.unknown_depth = 0;
       patches =
-          ExtractPatches(expected != nullptr ? expected->view() : model_, config_, {}, cancelled);
+          ExtractPatches(expected != nullptr ? expected->view() : model_, surface, {}, cancelled);
       if (patches.ok() && expected != nullptr) MarkExpected(*expected, *patches);
     }
     if (part == 2 && !common.scene) {

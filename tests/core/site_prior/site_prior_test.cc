@@ -165,6 +165,67 @@ TEST(SitePriorTest, IsExpectedWhereItWasPlacedBeforeTheFirstScan) {
   EXPECT_TRUE((*known)->feasible().cells().empty());
 }
 
+// What lies beside measured surface goes on there, however near; what lies before or behind it is
+// the same, a little off.
+TEST(SitePriorTest, IsExpectedBesideWhatWasMeasured) {
+  ScannedScene rooms(simulation::TwoRooms(1));
+  rooms.ScanFrom(rooms.scene().starts[0]);
+  const auto standing = JudgeAt(rooms.model(), MeshOf(rooms.scene()), {});
+  ASSERT_TRUE(standing.ok() && standing->used()) << standing.status();
+  const auto measured_alike = [&](const model::VoxelIndex& at, const Eigen::Vector3f& normal) {
+    return rooms.model().State(at) == model::VoxelState::kTrueSurface &&
+           rooms.model().Surface(at)->normal.dot(normal) > 0.9F;
+  };
+  size_t beside = 0;
+  size_t before_or_behind = 0;
+  standing->space->ForEachSurface([&](const model::VoxelIndex& v, model::VoxelState /*state*/,
+                                      const model::SurfaceVoxel& surface) {
+    if (rooms.model().State(v) != model::VoxelState::kUnknown) return;
+    int axis = 0;
+    if (surface.normal.cwiseAbs().maxCoeff(&axis) < 0.99F) return;
+    for (int off = -3; off <= 3; ++off) {
+      for (int other = 0; other < 3; ++other) {
+        model::VoxelIndex at = v;
+        at[other] += off;
+        if (!measured_alike(at, surface.normal)) continue;
+        ++(other == axis ? before_or_behind : beside);
+      }
+    }
+  });
+  EXPECT_GT(beside, 300u);
+  EXPECT_EQ(before_or_behind, 0u);
+}
+
+// Panes of glass are in a prior like all else, and no scan will ever show them.
+TEST(SitePriorTest, IsNotExpectedWhereAScanLookedAndShowedNothing) {
+  ScannedScene rooms(simulation::TwoRooms(1));
+  const Eigen::Vector3d start = rooms.scene().starts[0];
+  rooms.ScanFrom(start);
+  const auto standing = JudgeAt(rooms.model(), MeshOf(rooms.scene()), {});
+  ASSERT_TRUE(standing.ok() && standing->used()) << standing.status();
+  const auto site = planning::ExpectedSite::Of(*standing->space);
+  planning::PlanningConfig config;
+  config.required_density = 300;
+  config.station_basis = planning::StationBasis::kExpected;
+  const auto problem = planning::PlanningProblem::Prepare(
+      {rooms.model(), Coarse(), config, nullptr, *site}, rooms.pool());
+  ASSERT_TRUE(problem.ok()) << problem.status();
+  const auto expected_from = [&](const Eigen::Vector3d& place) {
+    const planning::Scoring& scoring = (*problem)->scoring();
+    std::vector<float> scores(scoring.cells().size());
+    scoring.scorer().ScoreCells(place, scoring.cells(), parallel::Budget::Unlimited(), scores);
+    double area = 0;
+    for (size_t i = 0; i < scores.size(); ++i) {
+      const planning::DeficientCell cell = (*problem)->patches().cells[scoring.cells().cell[i]];
+      if (cell.expected && scores[i] > 0) area += static_cast<double>(cell.area);
+    }
+    return area;
+  };
+  EXPECT_LT(expected_from(start), 0.1);
+  // The other room was not looked at.
+  EXPECT_GT(expected_from(rooms.scene().starts.back()), 10);
+}
+
 TEST(SitePriorTest, MakesNothingRegister) {
   ScannedScene rooms(simulation::TwoRooms(1));
   rooms.ScanFrom(rooms.scene().starts[0]);

@@ -1,0 +1,77 @@
+#include "core/planning/expectation/looked_in_vain.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+
+#include "core/visibility/voxel_walk.h"
+
+namespace vantage::planning {
+namespace {
+
+// How a station has to look at a place for its scan to show what is there, whatever the scanner: no
+// flatter (cosine, 75 degrees), from no farther (m), and no more steeply down (sine), since tripods
+// are blind there.
+constexpr double kFlattestLook = 0.26;
+constexpr double kFarthestLook = 10;
+constexpr double kSteepestLook = 0.85;
+
+// Whether the model knows space in a brick or beside it. Nobody has looked at anything else.
+bool AnySeenAround(const model::PlanningView& model, const model::VoxelIndex& brick) {
+  constexpr int kHalf = model::Brick::kSide / 2;
+  for (int z = -1; z <= 2; ++z) {
+    for (int y = -1; y <= 2; ++y) {
+      for (int x = -1; x <= 2; ++x) {
+        if (model.Empty(brick * model::Brick::kSide + kHalf * model::VoxelIndex(x, y, z))) {
+          return true;
+        }
+      }
+    }
+  }
+  return false;
+}
+
+bool LooksAt(const model::PlanningView& expected, const model::Station& station,
+             const model::VoxelIndex& v, const model::SurfaceVoxel& surface) {
+  const Eigen::Vector3d at = surface.centroid.cast<double>();
+  const Eigen::Vector3d way = station.position - at;
+  const double range = way.norm();
+  if (range > kFarthestLook || way.z() > kSteepestLook * range) return false;
+  if (surface.normal.cast<double>().dot(way) < kFlattestLook * range) return false;
+  return visibility::WalkVoxels(at / expected.voxel_size(),
+                                station.position / expected.voxel_size(),
+                                [&](const model::VoxelIndex& on_way, double /*entry*/) {
+                                  return on_way == v || expected.Empty(on_way);
+                                });
+}
+
+}  // namespace
+
+bool GiveUpLookedInVain(const model::PlanningView& model, const model::PlanningView& expected,
+                        std::span<const model::BrickAt> changed,
+                        const parallel::Cancellation& cancelled, BrickEdit& edit) {
+  for (const model::BrickAt& at : changed) {
+    if (cancelled.Requested()) return false;
+    if (!AnySeenAround(model, at.brick)) continue;
+    size_t rank = 0;
+    for (size_t word = 0; word < at.contents->surface_mask.size(); ++word) {
+      for (uint64_t bits = at.contents->surface_mask[word]; bits != 0; bits &= bits - 1) {
+        const int local = static_cast<int>(word) * 64 + std::countr_zero(bits);
+        model::SurfaceVoxel surface = at.contents->surface[rank++];
+        const model::VoxelIndex v = model::PlanningView::Global(at.brick, local);
+        const bool only_expected =
+            NothingKnown(model.State(v)) && expected.State(v) == model::VoxelState::kTrueSurface;
+        if (!only_expected) continue;
+        surface.given_up = std::any_of(
+            model.stations().begin(), model.stations().end(),
+            [&](const model::Station& station) { return LooksAt(expected, station, v, surface); });
+        if (surface.given_up) edit.SetSurface(v, surface);
+      }
+    }
+  }
+  return true;
+}
+
+}  // namespace vantage::planning
