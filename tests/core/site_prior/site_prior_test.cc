@@ -196,11 +196,20 @@ TEST(SitePriorTest, IsExpectedBesideWhatWasMeasured) {
   EXPECT_EQ(before_or_behind, 0u);
 }
 
-// Panes of glass are in a prior like all else, and no scan will ever show them.
+// A pane of glass is in a prior like all else, and no scan will ever show it.
 TEST(SitePriorTest, IsNotExpectedWhereAScanLookedAndShowedNothing) {
-  ScannedScene rooms(simulation::TwoRooms(1));
-  const Eigen::Vector3d start = rooms.scene().starts[0];
-  rooms.ScanFrom(start);
+  simulation::Scene scene = simulation::TwoRooms(1);
+  const Eigen::Vector3f start = scene.starts[0].cast<float>();
+  const auto first = static_cast<uint32_t>(scene.mesh.vertices.size());
+  for (const Eigen::Vector2f& corner : {Eigen::Vector2f(-0.5F, 1.0F), Eigen::Vector2f(-0.5F, 2.0F),
+                                        Eigen::Vector2f(0.5F, 2.0F), Eigen::Vector2f(0.5F, 1.0F)}) {
+    scene.mesh.vertices.emplace_back(start.x() + 0.8F, start.y() + corner.x(), corner.y());
+  }
+  scene.mesh.triangles.push_back({first, first + 1, first + 2});
+  scene.mesh.triangles.push_back({first, first + 2, first + 3});
+  scene.mesh.material.resize(scene.mesh.triangles.size(), simulation::Material::kGlass);
+  ScannedScene rooms(scene);
+  rooms.ScanFrom(scene.starts[0]);
   const auto standing = JudgeAt(rooms.model(), MeshOf(rooms.scene()), {});
   ASSERT_TRUE(standing.ok() && standing->used()) << standing.status();
   const auto site = planning::ExpectedSite::Of(*standing->space);
@@ -221,9 +230,9 @@ TEST(SitePriorTest, IsNotExpectedWhereAScanLookedAndShowedNothing) {
     }
     return area;
   };
-  EXPECT_LT(expected_from(start), 0.1);
+  EXPECT_LT(expected_from(scene.starts[0]), 0.1);
   // The other room was not looked at.
-  EXPECT_GT(expected_from(rooms.scene().starts.back()), 10);
+  EXPECT_GT(expected_from(scene.starts.back()), 10);
 }
 
 TEST(SitePriorTest, MakesNothingRegister) {
@@ -278,6 +287,28 @@ TEST(SitePriorTest, MakesNothingRegister) {
   };
   EXPECT_EQ(in_walls(**with), 0u);
   EXPECT_GT(in_walls(**without), 100u);
+}
+
+// What is behind false surface the prior says: no view is worth more for what may be there.
+TEST(SitePriorTest, LeavesNoRoomToBeDiscovered) {
+  ScannedScene rooms(simulation::TwoRooms(1));
+  rooms.ScanFrom(rooms.scene().starts[0]);
+  const auto standing = JudgeAt(rooms.model(), MeshOf(rooms.scene()), {});
+  ASSERT_TRUE(standing.ok() && standing->used()) << standing.status();
+  const auto site = planning::ExpectedSite::Of(*standing->space);
+  planning::PlanningConfig config;
+  config.station_basis = planning::StationBasis::kExpected;
+  const auto deep = [&](std::shared_ptr<const planning::ExpectedSite> shown) {
+    const auto problem = planning::PlanningProblem::Prepare(
+        {rooms.model(), Coarse(), config, nullptr, std::move(shown)}, rooms.pool());
+    size_t count = 0;
+    for (const planning::DeficientCell& cell : (*problem)->patches().cells) {
+      count += cell.enough > cell.required ? 1 : 0;
+    }
+    return count;
+  };
+  EXPECT_EQ(deep(*site), 0u);
+  EXPECT_GT(deep(nullptr), 100u);
 }
 
 TEST(SitePriorTest, IsRefutedWhereAWallIsGone) {
