@@ -23,6 +23,9 @@ struct ChosenTour {
   Arrangement arrangement;
   bool reaches_goal = false;
   double lost = 0;  // m^2, by stations that were left out since they would not register
+  // Stations that scans or minutes would be enough for, and that were left out since they bring too
+  // little.
+  size_t not_worth_it = 0;
 };
 
 // What a choice may take.
@@ -48,6 +51,11 @@ class StationChoice {
   void SetPrevious(size_t count) { previous_ = count; }
   bool IsPrevious(uint32_t candidate) const { return candidate < previous_; }
 
+  // A choice fits the elements that it is made by: what the last tour fell short of the goal by
+  // others (share of what can be had; below 0: went beyond it) is asked for in addition from now
+  // on.
+  void MakeUpFor(double shortfall);
+
   // From the table as it is now. `known`: candidates that the search begins with. Nothing when the
   // budgets ended on the way.
   std::optional<ChosenTour> Choose(const ChoiceEffort& effort, const std::vector<uint32_t>& known);
@@ -57,7 +65,7 @@ class StationChoice {
 
   // m^2 at the required density before the first scan.
   double AreaBefore() const { return problem_.coverage().area_at_density; }
-  // m^2 of the table's elements that have to be brought to it.
+  // m^2 of the table's elements that have to be brought to it, with what is made up for.
   double GoalWeight() const;
   // m^2 by which a plan judges whether a scan is worth it.
   double WorthAScan() const { return problem_.config().terminate_below; }
@@ -72,11 +80,11 @@ class StationChoice {
   std::optional<ChosenTour> ChooseWithinLimits(const cover::CoverProblem& cover,
                                                const ChoiceEffort& effort);
   size_t MostStations() const;
-  std::vector<double> OwnAreas(const std::vector<uint32_t>& stations) const;
-  bool LeaveOutWhatIsNotWorthIt(const cover::CoverProblem& cover, const parallel::Budget& budget,
-                                std::vector<uint32_t>& stations) const;
-  void KeepPrevious(const cover::CoverProblem& cover, double goal, const ChoiceEffort& effort,
-                    std::vector<uint32_t>& stations) const;
+  std::optional<ChosenTour> Arranged(const cover::CoverProblem& cover,
+                                     std::vector<uint32_t> stations, double goal,
+                                     const ChoiceEffort& effort);
+  std::optional<std::vector<uint32_t>> WithPrevious(const cover::CoverProblem& cover, double goal,
+                                                    size_t most, const ChoiceEffort& effort) const;
   double Value(const ChosenTour& chosen) const;
 
   const planning::PlanningProblem& problem_;
@@ -85,6 +93,7 @@ class StationChoice {
   Arranger& arranger_;
   parallel::Parallel& parallel_;
   size_t previous_ = 0;
+  double made_up_for_ = 0;  // share, beyond the goal
   size_t fewest_ = 0;
   size_t fewest_of_ = 0;  // candidates
 };
