@@ -214,7 +214,6 @@ class TourMaker {
     const size_t before = table_->candidates().size();
     if (!Add(SpreadViews(problem_, spacing, most, beside), evaluating).ok()) return false;
     if (table_->candidates().size() == before) return false;
-    if (request_.goal.has_value()) choice_->MakeUpFor(*request_.goal - coverage_);
     Round(evaluating, kChoice, kSteps);
     if (improved_) Report(false);
     return true;
@@ -288,7 +287,6 @@ class TourMaker {
                              *best_, budget_.cancelled, parallel_, rays_);
     tour.rays = Spent();
     tour.complete = complete;
-    coverage_ = tour.coverage;
     if (!budget_.cancelled.stop_requested()) progress_(tour);
     return tour;
   }
@@ -306,7 +304,6 @@ class TourMaker {
   std::optional<Arranger> arranger_;
   std::optional<StationChoice> choice_;
   std::optional<ChosenTour> best_;
-  double coverage_ = 0;  // of the best tour, by the cells that it was not chosen by
   size_t best_number_ = 0;
   bool improved_ = false;
   bool cut_ = false;  // fewer candidates were tried than asked for

@@ -14,8 +14,6 @@ namespace {
 // The goal where none is given, a share of what can be had. A choice: what is not worth a scan is
 // left out afterwards.
 constexpr double kNearlyAll = 0.98;
-// Share beyond a goal that is asked for at most: more is no fault of the elements.
-constexpr double kMostMadeUpFor = 0.05;
 // An earlier tour is kept where a new one is not shorter by more scans than this.
 constexpr size_t kWorthChanging = 1;
 // Minutes: nobody sets up and scans in less. Keeps scanners that are said to need no time from
@@ -30,14 +28,8 @@ bool Reaches(double area, double wanted) { return area >= wanted * (1 - 1e-9); }
 
 }  // namespace
 
-void StationChoice::MakeUpFor(double shortfall) {
-  if (!request_.goal.has_value()) return;  // what is not worth a scan is left out anyway
-  made_up_for_ = std::clamp(made_up_for_ + shortfall, 0.0, kMostMadeUpFor);
-}
-
 double StationChoice::GoalWeight() const {
-  const double goal = std::min(1.0, request_.goal.value_or(kNearlyAll) + made_up_for_);
-  return goal * (AreaBefore() + table_.attainable()) - AreaBefore();
+  return request_.goal.value_or(kNearlyAll) * (AreaBefore() + table_.attainable()) - AreaBefore();
 }
 
 ChosenTour StationChoice::NoStations(bool reaches_goal) const {

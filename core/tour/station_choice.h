@@ -51,11 +51,6 @@ class StationChoice {
   void SetPrevious(size_t count) { previous_ = count; }
   bool IsPrevious(uint32_t candidate) const { return candidate < previous_; }
 
-  // A choice fits the elements that it is made by: what the last tour fell short of the goal by
-  // others (share of what can be had; below 0: went beyond it) is asked for in addition from now
-  // on.
-  void MakeUpFor(double shortfall);
-
   // From the table as it is now. `known`: candidates that the search begins with. Nothing when the
   // budgets ended on the way.
   std::optional<ChosenTour> Choose(const ChoiceEffort& effort, const std::vector<uint32_t>& known);
@@ -65,7 +60,7 @@ class StationChoice {
 
   // m^2 at the required density before the first scan.
   double AreaBefore() const { return problem_.coverage().area_at_density; }
-  // m^2 of the table's elements that have to be brought to it, with what is made up for.
+  // m^2 of the table's elements that have to be brought to it.
   double GoalWeight() const;
   // m^2 by which a plan judges whether a scan is worth it.
   double WorthAScan() const { return problem_.config().terminate_below; }
@@ -93,7 +88,6 @@ class StationChoice {
   Arranger& arranger_;
   parallel::Parallel& parallel_;
   size_t previous_ = 0;
-  double made_up_for_ = 0;  // share, beyond the goal
   size_t fewest_ = 0;
   size_t fewest_of_ = 0;  // candidates
 };
