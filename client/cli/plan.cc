@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <optional>
@@ -12,6 +11,7 @@
 #include "client/cli/tour_file.h"
 #include "client/library/duration.h"
 #include "client/library/resource_names.h"
+#include "client/library/tour_stations.h"
 
 namespace vantage::cli {
 namespace {
@@ -55,11 +55,7 @@ absl::StatusOr<v1::CreatePlanRequest> RequestFrom(const PlanArguments& arguments
       return absl::InvalidArgumentError(
           absl::StrCat("--tour ", arguments.tour, ": the tour has no stops to follow"));
     }
-    // The server takes so many, and they are more than a few days' work.
-    constexpr size_t kMost = 256;
-    for (size_t k = 0; k < std::min(kMost, stations->size()); ++k) {
-      *plan.add_tour_stations() = (*stations)[k];
-    }
+    client::SetTourStations(*stations, plan);
   }
   if (absl::Status set = SetFields(*plan.mutable_config_overrides(), arguments.set); !set.ok()) {
     return set;

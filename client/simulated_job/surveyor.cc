@@ -1,6 +1,5 @@
 #include "client/simulated_job/surveyor.h"
 
-#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <utility>
@@ -10,6 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "client/library/duration.h"
 #include "client/library/geometry.h"
+#include "client/library/tour_stations.h"
 
 namespace vantage::simulated_job {
 namespace {
@@ -20,7 +20,6 @@ using Eigen::Vector3d;
 constexpr double kBlockedRadius = 0.3;  // m around a place where nobody can stand
 constexpr double kLostRadius = 0.4;     // m around a place whose scan was lost
 constexpr int kLargerBudgets = 8;       // plans tried
-constexpr size_t kMostFollowed = 256;   // stations of a tour, as a plan takes them
 
 PlacementErrors ErrorsOf(const JobOptions& options) {
   return {options.seed, options.scanner.positioning_error, options.heading_error, options.tilt,
@@ -244,7 +243,6 @@ absl::Status Surveyor::MakeTour() {
   if (absl::IsFailedPrecondition(tour.status())) return absl::OkStatus();  // nowhere to stand
   if (!tour.ok()) return tour.status();
   for (const v1::TourStop& stop : tour->stops()) tour_.push_back(stop.position());
-  if (tour_.size() > kMostFollowed) tour_.resize(kMostFollowed);
   return absl::OkStatus();
 }
 
@@ -264,7 +262,7 @@ absl::StatusOr<PlanMade> Surveyor::Plan(const std::vector<std::string>& scanners
     for (const std::string& scanner : scanners) request.mutable_plan()->add_scanners(scanner);
     request.mutable_plan()->set_ranking(ranking);
     request.mutable_plan()->set_seed(options_.seed);
-    for (const v1::Vector3& station : tour_) *request.mutable_plan()->add_tour_stations() = station;
+    client::SetTourStations(tour_, *request.mutable_plan());
     *request.mutable_plan()->mutable_config_overrides() = options_.plan_overrides;
     if (work) {
       request.mutable_plan()->set_work_limit_rays(*work);

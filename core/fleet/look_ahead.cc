@@ -141,6 +141,11 @@ void LookAhead(const planning::PlanningProblem& problem, const parallel::Budget&
   std::rotate(begin, begin + static_cast<ptrdiff_t>(best),
               begin + static_cast<ptrdiff_t>(best) + 1);
   planning::ViewReport::NameFallback(plan.views);
+  for (RankedView& view : plan.refused) {
+    if (!view.targets.has_value() || !view.targets->first_view.has_value()) continue;
+    size_t& first = *view.targets->first_view;
+    if (first <= best) first = first == best ? 0 : first + 1;
+  }
 }
 
 planning::Plan MakePlanLookingAhead(const planning::PlanningProblem& problem,

@@ -18,7 +18,8 @@ class Search {
   Search(const WalkGrid& grid, std::vector<float>& length, std::vector<uint32_t>& parent)
       : grid_(grid), length_(length), parent_(parent), done_(length.size(), 0) {}
 
-  void From(uint32_t start, const parallel::Budget& budget) {
+  // To all nodes, or until the way to `last` is known.
+  void From(uint32_t start, std::optional<uint32_t> last, const parallel::Budget& budget) {
     using Entry = std::pair<float, uint32_t>;  // length so far (m), node
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
     start_ = start;
@@ -40,6 +41,7 @@ class Search {
         continue;
       }
       done_[at] = 1;
+      if (at == last) return Forget();
       ForNeighbours(at, [&](uint32_t to) {
         if (done_[to] != 0) return;
         // The straight way from the previous corner is assumed to be free; SetVertex() checks.
@@ -157,7 +159,7 @@ WalkGrid WalkGridOf(const planning::FeasibleViews& feasible,
 }
 
 TravelMap::TravelMap(const WalkGrid& grid, const Eigen::Vector3d& from,
-                     const parallel::Budget& budget)
+                     const std::optional<Eigen::Vector3d>& to, const parallel::Budget& budget)
     : grid_(grid), start_(grid.nodes.Under(from)) {
   const Eigen::Vector2i column = grid.nodes.ColumnAt(from);
   if (!grid.nodes.Inside(column)) return;
@@ -179,7 +181,9 @@ TravelMap::TravelMap(const WalkGrid& grid, const Eigen::Vector3d& from,
   }
   length_.assign(grid_.passable.size(), kFar);
   parent_.assign(grid_.passable.size(), 0);
-  Search(grid_, length_, parent_).From(*start_, budget);
+  const std::optional<uint32_t> last = to.has_value() ? grid_.nodes.Under(*to) : std::nullopt;
+  if (to.has_value() && !last.has_value()) return;  // nothing to look for
+  Search(grid_, length_, parent_).From(*start_, last, budget);
 }
 
 std::optional<double> TravelMap::Length(const Eigen::Vector3d& to) const {

@@ -36,7 +36,13 @@ class TravelMap {
   // `from` counts as passable, since a scanner stands there. When the budget expires on the way,
   // places not reached yet count as unreachable.
   TravelMap(const WalkGrid& grid, const Eigen::Vector3d& from,
-            const parallel::Budget& budget = parallel::Budget::Unlimited());
+            const parallel::Budget& budget = parallel::Budget::Unlimited())
+      : TravelMap(grid, from, std::nullopt, budget) {}
+  // The same as far as the way to one place needs it: what is farther counts as unreachable.
+  static TravelMap To(const WalkGrid& grid, const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                      const parallel::Budget& budget = parallel::Budget::Unlimited()) {
+    return {grid, from, to, budget};
+  }
 
   // True when `from` lies on the grid.
   bool known() const { return !length_.empty(); }
@@ -46,6 +52,9 @@ class TravelMap {
   std::vector<Eigen::Vector3d> Way(const Eigen::Vector3d& to) const;
 
  private:
+  TravelMap(const WalkGrid& grid, const Eigen::Vector3d& from,
+            const std::optional<Eigen::Vector3d>& to, const parallel::Budget& budget);
+
   WalkGrid grid_;
   std::optional<uint32_t> start_;  // node
   std::vector<float> length_;      // m, by node; infinity: no way

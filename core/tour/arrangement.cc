@@ -194,8 +194,9 @@ void Arranger::Schedule(std::span<const uint32_t> stations, size_t steps,
                    [](const ArrangedStop& a, const ArrangedStop& b) { return a.end < b.end; });
 }
 
-bool Arranger::Check(const parallel::Budget& budget, parallel::Parallel& parallel,
-                     Arrangement& made) {
+bool Arranger::Check(OverlapTable::Judging judging, const parallel::Budget& budget,
+                     parallel::Parallel& parallel, Arrangement& made) {
+  const bool whole = judging == OverlapTable::Judging::kWhole;
   std::vector<uint8_t> known(table_.overlap().elements(), 0);
   bool any_known = false;
   for (size_t i = 0; i < known.size(); ++i) {
@@ -230,13 +231,13 @@ bool Arranger::Check(const parallel::Budget& budget, parallel::Parallel& paralle
       if (seen[sees[i]] != 0) cover::Insert(judged[k].seen, i);
     }
     const auto given = verdicts_.find(std::pair(stop.candidate, judged[k].seen));
-    if (given != verdicts_.end()) {
-      judged[k].verdict = given->second;
+    if (given != verdicts_.end() && (given->second.whole || !whole)) {
+      judged[k].verdict = given->second.verdict;
       judged[k].given = true;
       return;
     }
-    judged[k].verdict =
-        table_.overlap().Judge(table_.candidates()[stop.candidate], seen, budget, judged[k].rays);
+    judged[k].verdict = table_.overlap().Judge(table_.candidates()[stop.candidate], seen, judging,
+                                               budget, judged[k].rays);
   });
   bool all = true;
   for (size_t k = 0; k < judged.size(); ++k) {
@@ -248,7 +249,8 @@ bool Arranger::Check(const parallel::Budget& budget, parallel::Parallel& paralle
     }
     stop.verdict = *std::move(judged[k].verdict);
     if (!judged[k].given && !judged[k].seen.empty()) {
-      verdicts_.emplace(std::pair(stop.candidate, std::move(judged[k].seen)), stop.verdict);
+      verdicts_.insert_or_assign(std::pair(stop.candidate, std::move(judged[k].seen)),
+                                 Given{stop.verdict, whole || !stop.verdict.registered()});
     }
     if (stop.verdict.registered()) continue;
     all = false;
@@ -276,7 +278,9 @@ Arrangement Arranger::Arrange(std::span<const uint32_t> stations, size_t steps,
       break;
     }
     const size_t removed = removed_links_.size() + not_anchored_.size();
-    const bool all = Check(budget, parallel, made);
+    // Rivals are looked for in an order that is possible without them.
+    const bool all = Check(OverlapTable::Judging::kBeforeRivals, budget, parallel, made) &&
+                     Check(OverlapTable::Judging::kWhole, budget, parallel, made);
     // An order by the same links would be the same order.
     settled =
         settled || round + 1 >= kOrders || removed_links_.size() + not_anchored_.size() == removed;

@@ -81,7 +81,8 @@ class Arranger {
   std::vector<uint32_t> AddDay(const OrderProblem& order, const Routes& routes,
                                std::span<const uint32_t> stations, int day, Arrangement& made);
   // False when some do not register, whose reliances are removed.
-  bool Check(const parallel::Budget& budget, parallel::Parallel& parallel, Arrangement& made);
+  bool Check(OverlapTable::Judging judging, const parallel::Budget& budget,
+             parallel::Parallel& parallel, Arrangement& made);
 
   const planning::PlanningProblem& problem_;
   const TourRequest& request_;
@@ -92,8 +93,11 @@ class Arranger {
   absl::flat_hash_set<std::pair<uint32_t, uint32_t>> removed_links_;
   absl::flat_hash_set<uint32_t> not_anchored_;
   // Verdicts that were given: by candidate and, of all that it sees, what others had seen before.
-  absl::flat_hash_map<std::pair<uint32_t, std::vector<uint64_t>>, registration::RegistrationVerdict>
-      verdicts_;
+  struct Given {
+    registration::RegistrationVerdict verdict;
+    bool whole = false;  // no look for rivals would change it
+  };
+  absl::flat_hash_map<std::pair<uint32_t, std::vector<uint64_t>>, Given> verdicts_;
   uint64_t rays_ = 0;
 };
 

@@ -67,6 +67,7 @@ class Describer {
         chosen_.reaches_goal &&
         (!from_.request.goal.has_value() || made_.area >= from_.choice.GoalWeight() * (1 - 1e-9));
     tour.not_registering = made_.not_registering.size();
+    tour.not_worth_it = chosen_.not_worth_it;
     for (const WorthStep& step : Worth()) {
       tour.worth.push_back({step.scans, step.minutes, step.area, share(step.area)});
     }
@@ -201,6 +202,11 @@ class Describer {
       absl::StrAppendFormat(
           &said, "; the last two scans bring %.1f %%",
           100 * (tour.worth[points - 1].coverage - tour.worth[points - 3].coverage));
+    }
+    if (tour.not_worth_it > 0) {
+      absl::StrAppendFormat(
+          &said, "; left out: %d that would bring less than %.3g m\u00b2 each beyond the others",
+          tour.not_worth_it, from_.choice.WorthAScan());
     }
     if (const size_t closed = made_.closed.size(); closed > 0) {
       absl::StrAppendFormat(

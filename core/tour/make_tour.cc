@@ -13,6 +13,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "core/registration/bound/rival_forecast.h"
 #include "core/tour/arrangement.h"
 #include "core/tour/describe_tour.h"
 #include "core/tour/overlap_table.h"
@@ -124,11 +125,16 @@ class TourMaker {
     // There is an answer, however late: the first round heeds cancellation only.
     parallel::Budget first = parallel::Budget::Unlimited();
     first.cancelled = budget_.cancelled;
-    auto overlap = OverlapTable::Create(problem_, parallel_, parallel::Cancellation(first));
-    if (!overlap.ok()) return overlap.status();
-    overlap_.emplace(*std::move(overlap));
-    elements_ = GainElements::Of(problem_, kElements, 0, parallel_);
-    checked_ = GainElements::Of(problem_, kChecked, 1, parallel_);
+    std::optional<absl::StatusOr<OverlapTable>> overlap;
+    parallel_.For(3, [&](size_t part) {
+      if (part == 0) {
+        overlap.emplace(OverlapTable::Create(problem_, parallel_, parallel::Cancellation(first)));
+      }
+      if (part == 1) elements_ = GainElements::Of(problem_, kElements, 0, parallel_);
+      if (part == 2) checked_ = GainElements::Of(problem_, kChecked, 1, parallel_);
+    });
+    if (!overlap->ok()) return overlap->status();
+    overlap_.emplace(**std::move(overlap));
     table_.emplace(problem_, *overlap_, elements_);
     arranger_.emplace(problem_, request_, *table_, ways_);
     choice_.emplace(problem_, request_, *table_, *arranger_, parallel_);
@@ -325,7 +331,8 @@ uint64_t EstimateTourMemory(const TourRequest& request) {
   const uint64_t each = kCopies * (kElements / 8 + 4 * candidates) + kSeen * kBytesOfSight;
   // Cells that are counted and checked, with what scorers read of them, twice while they are made.
   constexpr uint64_t kBytesOfCell = 120;
-  return candidates * each + 2 * (kElements + kChecked) * kBytesOfCell;
+  return candidates * each + 2 * (kElements + kChecked) * kBytesOfCell +
+         registration::FieldAllOver::MostBytes();
 }
 
 }  // namespace vantage::tour

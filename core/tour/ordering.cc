@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <random>
 #include <utility>
 
@@ -11,7 +12,9 @@ namespace {
 constexpr size_t kExactly = 12;             // stations that are ordered by going through all sets
 constexpr double kOfEverybodysTime = 0.05;  // what a minute of somebody costs who is not the last
 constexpr double kChangeOfStorey = 3;       // minutes
-constexpr double kBorder = 1;  // minutes, of a station whose neighbours all are somebody else's
+// Of a scan's minutes, of a station whose neighbours all are somebody else's: a price of its own
+// would leave scanners without work where scans are short and few are left.
+constexpr double kBorder = 1.0 / 3;
 constexpr size_t kNeighbours = 5;
 // Minutes, of a scan that is not possible; with rooms that open later, more than any wait: a job of
 // a thousand stations may take so many.
@@ -70,6 +73,8 @@ class Clockwork {
       : problem_(problem),
         any_anchored_(AnyAnchored(problem)),
         impossible_(CostOfTheImpossible(problem)),
+        border_(kBorder * std::accumulate(problem.scan.begin(), problem.scan.end(), 0.0) /
+                static_cast<double>(problem.scanners())),
         // Who is alone has no borders.
         neighbours_(problem.scanners() > 1 ? NeighboursOf(problem, kNeighbours)
                                            : std::vector<std::vector<uint32_t>>()),
@@ -152,7 +157,7 @@ class Clockwork {
       table->possible = impossible == 0;
     }
     return last + kOfEverybodysTime * (sum - last) + kChangeOfStorey * changes +
-           kBorder * Borders(routes) + impossible_ * static_cast<double>(impossible);
+           border_ * Borders(routes) + impossible_ * static_cast<double>(impossible);
   }
 
  private:
@@ -181,6 +186,7 @@ class Clockwork {
   const OrderProblem& problem_;
   const bool any_anchored_;
   const double impossible_;  // minutes
+  const double border_;      // minutes
   const std::vector<std::vector<uint32_t>> neighbours_;
   // By station, those that its scan lets register which do not do so from the beginning.
   std::vector<std::vector<uint32_t>> opens_;

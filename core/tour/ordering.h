@@ -67,8 +67,8 @@ Timetable TimetableOf(const OrderProblem& problem, const Routes& routes);
 
 // What routes cost, in minutes: until the last scan is in; a share of everybody's time, so that
 // those who are done early are not sent astray; three minutes for every change of storey, so that
-// storeys are done one after the other; and for several scanners a share of a minute for
-// neighbouring stations that different scanners go to, so that each has a zone of its own. What is
+// storeys are done one after the other; and for several scanners up to a third of a scan
+// for stations whose neighbours other scanners go to, so that each has a zone of its own. What is
 // not possible costs for every such scan more than any wait for a room to open.
 double CostOf(const OrderProblem& problem, const Routes& routes);
 

@@ -3,11 +3,13 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <utility>
 
 #include "core/model/view/voxel.h"
 #include "core/planning/scoring/brute_force.h"
 #include "core/registration/bound/prediction.h"
+#include "core/registration/bound/rival_forecast.h"
 
 namespace vantage::tour {
 namespace {
@@ -47,9 +49,21 @@ class OverlapSum {
 absl::StatusOr<OverlapTable> OverlapTable::Create(const planning::PlanningProblem& problem,
                                                   parallel::Parallel& parallel,
                                                   const parallel::Cancellation& cancelled) {
-  auto surface = planning::OverlapSurface::Create(problem.view(), problem.grid(), problem.scene(),
-                                                  problem.scanner(), parallel, cancelled);
+  absl::StatusOr<planning::OverlapSurface> surface = absl::UnknownError("not made");
+  std::shared_ptr<const registration::FieldAllOver> all_over;
+  parallel.For(2, [&](size_t part) {
+    if (part == 0) {
+      surface = planning::OverlapSurface::Create(problem.view(), problem.grid(), problem.scene(),
+                                                 problem.scanner(), parallel, cancelled);
+    } else if (!cancelled.Requested()) {
+      // Verdicts are asked for by the hundred.
+      all_over = std::make_shared<const registration::FieldAllOver>(
+          problem.view(), problem.config().registration, parallel);
+    }
+  });
   if (!surface.ok()) return surface.status();
+  if (all_over == nullptr) return absl::CancelledError("overlap table");
+  surface->LookForRivalsIn(std::move(all_over));
   OverlapTable table(problem, *std::move(surface));
   const planning::CellArrays& cells = table.surface_.cells();
   const double voxel = problem.model().voxel_size();
@@ -197,13 +211,17 @@ bool OverlapTable::Linked(const Sight& a, const Sight& b) const {
 }
 
 std::optional<registration::RegistrationVerdict> OverlapTable::Judge(
-    const Candidate& candidate, const std::vector<uint8_t>& seen, const parallel::Budget& budget,
-    uint64_t& rays) const {
+    const Candidate& candidate, const std::vector<uint8_t>& seen, Judging judging,
+    const parallel::Budget& budget, uint64_t& rays) const {
   std::optional<Seen> around = See(candidate, budget, rays);
   if (!around.has_value()) return std::nullopt;
   planning::OverlapSurface::Sight overlap;
   for (size_t k = 0; k < around->at.size(); ++k) {
     if (seen[around->at[k]] != 0) overlap.elements.push_back(around->elements[k]);
+  }
+  if (judging == Judging::kBeforeRivals) {
+    return surface_.JudgeSightBeforeRivals(overlap, candidate.position,
+                                           problem_.config().registration);
   }
   return surface_.JudgeSight(overlap, candidate.position, problem_.config().registration, {});
 }

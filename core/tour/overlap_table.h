@@ -55,10 +55,14 @@ class OverlapTable {
   // The same of two scans, both ways, each with what is known besides; every fourth element counts.
   bool Linked(const Sight& a, const Sight& b) const;
 
-  // The verdict that step F would give on a scan, were the elements in `seen` measured. Nothing
-  // when the budget expired on the way. Adds to `rays`.
+  // What a verdict takes into account.
+  enum class Judging { kBeforeRivals, kWhole };
+  // The verdict that step F would give on a scan, were the elements in `seen` measured; or what it
+  // would be if no rival was found, at a twentieth of the cost. Nothing when the budget expired on
+  // the way. Adds to `rays`.
   std::optional<registration::RegistrationVerdict> Judge(const Candidate& candidate,
                                                          const std::vector<uint8_t>& seen,
+                                                         Judging judging,
                                                          const parallel::Budget& budget,
                                                          uint64_t& rays) const;
 

@@ -5,8 +5,8 @@
 #include <limits>
 #include <utility>
 
-#include "core/cover/bonds.h"
 #include "core/cover/choose_stations.h"
+#include "core/tour/worthwhile_stations.h"
 
 namespace vantage::tour {
 namespace {
@@ -20,13 +20,11 @@ constexpr size_t kWorthChanging = 1;
 // being worth nothing.
 constexpr double kShortestScan = 0.5;
 
+// By more than rounding.
+bool TakesLonger(double minutes, double most) { return minutes > most + 1e-9; }
+
 // `area` is as large as `wanted`, but for rounding.
 bool Reaches(double area, double wanted) { return area >= wanted * (1 - 1e-9); }
-
-std::vector<uint32_t> Without(std::vector<uint32_t> stations, size_t k) {
-  stations.erase(stations.begin() + static_cast<ptrdiff_t>(k));
-  return stations;
-}
 
 }  // namespace
 
@@ -63,75 +61,54 @@ std::optional<ChosenTour> StationChoice::ChooseForGoal(const cover::CoverProblem
   // Of the candidates that there are by now, whichever the best tour was chosen from.
   fewest_ = request_.goal.has_value() ? chosen->least : 0;
   fewest_of_ = table_.candidates().size();
-  if (previous_ > 0) KeepPrevious(cover, goal, effort, stations);
+  const double asked = chosen->complete ? goal : kNoWay;
+  if (previous_ == 0) return Arranged(cover, std::move(stations), asked, effort);
+  auto with = WithPrevious(cover, goal, stations.size() + kWorthChanging, effort);
+  if (!with.has_value()) return Arranged(cover, std::move(stations), asked, effort);
+  std::optional<ChosenTour> kept = Arranged(cover, *std::move(with), asked, effort);
+  // Of one scanner so many stations are so many minutes. Several wait for each other where what
+  // one of them was to go to one by one is all that is kept.
+  if (request_.scanners.size() == 1 || !kept.has_value()) return kept;
+  std::optional<ChosenTour> anew = Arranged(cover, std::move(stations), asked, effort);
+  if (!anew.has_value()) return kept;
+  double scan = 0;  // minutes
+  for (const fleet::FleetMember& member : request_.scanners) {
+    scan = std::max(scan, member.scan_seconds / 60);
+  }
+  const double most = anew->arrangement.minutes + static_cast<double>(kWorthChanging) * scan;
+  const bool worse = anew->reaches_goal && !kept->reaches_goal;
+  return worse || TakesLonger(kept->arrangement.minutes, most) ? anew : kept;
+}
+
+// The stations in their order, less those that are not worth a scan where no goal was given.
+// `goal`: m^2 that they are chosen for; kNoWay where they do not come to it.
+std::optional<ChosenTour> StationChoice::Arranged(const cover::CoverProblem& cover,
+                                                  std::vector<uint32_t> stations, double goal,
+                                                  const ChoiceEffort& effort) {
   const bool trimmed =
-      !request_.goal.has_value() && LeaveOutWhatIsNotWorthIt(cover, effort.arranging, stations);
+      !request_.goal.has_value() &&
+      LeaveOutWhatIsNotWorthIt(cover, WorthAScan(), 0, effort.arranging, stations) > 0;
   ChosenTour made = NoStations(false);
   made.arrangement = arranger_.Arrange(stations, effort.steps, effort.arranging, parallel_);
   if (!made.arrangement.finished || effort.arranging.Expired()) return std::nullopt;
   const double chosen_area = table_.Weight(stations);
   made.lost = chosen_area - made.arrangement.area;
   made.reaches_goal =
-      chosen->complete && Reaches(made.arrangement.area, trimmed ? chosen_area : goal);
+      std::isfinite(goal) && Reaches(made.arrangement.area, trimmed ? chosen_area : goal);
   return made;
 }
 
-// m^2 that each of the stations alone brings.
-std::vector<double> StationChoice::OwnAreas(const std::vector<uint32_t>& stations) const {
-  const std::vector<cover::ElementSet>& covers = table_.cover().covers;
-  cover::ElementSet once = cover::EmptySet(table_.elements().weights.size());
-  cover::ElementSet twice = once;
-  for (const uint32_t station : stations) {
-    for (size_t w = 0; w < once.size(); ++w) twice[w] |= once[w] & covers[station][w];
-    cover::Unite(once, covers[station]);
-  }
-  std::vector<double> areas;
-  areas.reserve(stations.size());
-  for (const uint32_t station : stations) {
-    cover::ElementSet own = covers[station];
-    cover::Subtract(own, twice);
-    areas.push_back(table_.Weight(own));
-  }
-  return areas;
-}
-
-// Takes out stations that bring less than a scan is worth beyond the others, the least first, if
-// the others hang together without them. True when there were any.
-bool StationChoice::LeaveOutWhatIsNotWorthIt(const cover::CoverProblem& cover,
-                                             const parallel::Budget& budget,
-                                             std::vector<uint32_t>& stations) const {
-  const size_t before = stations.size();
-  while (!budget.Expired()) {
-    const std::vector<double> areas = OwnAreas(stations);
-    std::vector<std::pair<double, size_t>> losses;
-    for (size_t k = 0; k < stations.size(); ++k) {
-      if (areas[k] < WorthAScan()) losses.emplace_back(areas[k], k);
-    }
-    std::sort(losses.begin(), losses.end());
-    const auto leaves = std::find_if(losses.begin(), losses.end(), [&](const auto& loss) {
-      return cover::HangTogether(cover, Without(stations, loss.second));
-    });
-    if (leaves == losses.end()) break;
-    stations = Without(stations, leaves->second);
-  }
-  return stations.size() < before;
-}
-
-// Replaces the stations by those of the earlier tour that still pay and what is needed besides,
-// where those are not more by more than kWorthChanging.
-void StationChoice::KeepPrevious(const cover::CoverProblem& cover, double goal,
-                                 const ChoiceEffort& effort,
-                                 std::vector<uint32_t>& stations) const {
-  std::vector<uint32_t> kept;
-  for (uint32_t i = 0; i < previous_; ++i) kept.push_back(i);
-  // What the others bring anyway is not gone for again: the least first.
-  while (!kept.empty() && !effort.arranging.Expired()) {
-    const std::vector<double> areas = OwnAreas(kept);
-    const auto least = std::min_element(areas.begin(), areas.end());
-    if (*least >= WorthAScan()) break;
-    kept.erase(kept.begin() + (least - areas.begin()));
-  }
-  if (kept.empty()) return;
+// The stations of the earlier tour that still pay and what is needed besides, where those are not
+// more than `most`.
+std::optional<std::vector<uint32_t>> StationChoice::WithPrevious(const cover::CoverProblem& cover,
+                                                                 double goal, size_t most,
+                                                                 const ChoiceEffort& effort) const {
+  std::vector<uint32_t> previous;
+  for (uint32_t i = 0; i < previous_; ++i) previous.push_back(i);
+  // What the others bring anyway is not gone for again.
+  const std::vector<uint32_t> kept =
+      StationsToKeep(cover, previous, WorthAScan(), effort.arranging);
+  if (kept.empty()) return std::nullopt;
   // What is left to do beside them: their surface is done, and who links to them is anchored.
   const cover::ElementSet done = table_.Covered(kept);
   cover::CoverProblem rest = cover;
@@ -147,12 +124,13 @@ void StationChoice::KeepPrevious(const cover::CoverProblem& cover, double goal,
   std::vector<uint32_t> together = kept;
   if (left > 0) {
     auto more = cover::ChooseFewest(rest, left, effort.choosing);
-    if (!more.ok()) return;
+    if (!more.ok()) return std::nullopt;
     for (const uint32_t station : more->cover.stations) {
       if (std::find(kept.begin(), kept.end(), station) == kept.end()) together.push_back(station);
     }
   }
-  if (together.size() <= stations.size() + kWorthChanging) stations = std::move(together);
+  if (together.size() > most) return std::nullopt;
+  return together;
 }
 
 // That could be gone to within the limits, if nobody had to walk.
@@ -177,10 +155,14 @@ std::optional<ChosenTour> StationChoice::ChooseWithinLimits(const cover::CoverPr
   const auto attempt = [&](size_t count) {
     auto chosen = cover::ChooseBest(cover, count, effort.choosing);
     if (!chosen.ok()) return false;
+    std::vector<uint32_t> stations = chosen->stations;
+    // A goal is gone for whatever a station brings of it.
+    const double goal = request_.goal.has_value() ? std::min(GoalWeight(), chosen->weight) : 0;
     ChosenTour made = NoStations(false);
-    made.arrangement = arranger_.Arrange(chosen->stations, effort.steps, effort.whole, parallel_);
+    made.not_worth_it = LeaveOutWhatIsNotWorthIt(cover, WorthAScan(), goal, effort.whole, stations);
+    made.arrangement = arranger_.Arrange(stations, effort.steps, effort.whole, parallel_);
     if (!made.arrangement.finished || effort.whole.Expired()) return false;
-    made.lost = chosen->weight - made.arrangement.area;
+    made.lost = table_.Weight(stations) - made.arrangement.area;
     made.reaches_goal = Reaches(made.arrangement.area, GoalWeight());
     if (request_.minutes.has_value() && made.arrangement.minutes > *request_.minutes + 1e-9) {
       return false;

@@ -23,6 +23,9 @@ struct ChosenTour {
   Arrangement arrangement;
   bool reaches_goal = false;
   double lost = 0;  // m^2, by stations that were left out since they would not register
+  // Stations that scans or minutes would be enough for, and that were left out since they bring too
+  // little.
+  size_t not_worth_it = 0;
 };
 
 // What a choice may take.
@@ -72,11 +75,11 @@ class StationChoice {
   std::optional<ChosenTour> ChooseWithinLimits(const cover::CoverProblem& cover,
                                                const ChoiceEffort& effort);
   size_t MostStations() const;
-  std::vector<double> OwnAreas(const std::vector<uint32_t>& stations) const;
-  bool LeaveOutWhatIsNotWorthIt(const cover::CoverProblem& cover, const parallel::Budget& budget,
-                                std::vector<uint32_t>& stations) const;
-  void KeepPrevious(const cover::CoverProblem& cover, double goal, const ChoiceEffort& effort,
-                    std::vector<uint32_t>& stations) const;
+  std::optional<ChosenTour> Arranged(const cover::CoverProblem& cover,
+                                     std::vector<uint32_t> stations, double goal,
+                                     const ChoiceEffort& effort);
+  std::optional<std::vector<uint32_t>> WithPrevious(const cover::CoverProblem& cover, double goal,
+                                                    size_t most, const ChoiceEffort& effort) const;
   double Value(const ChosenTour& chosen) const;
 
   const planning::PlanningProblem& problem_;

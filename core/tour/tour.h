@@ -103,7 +103,10 @@ struct Tour {
   std::vector<WorthPoint> worth;  // from one scan to all
   std::vector<OpenPlace> open;    // the largest first, ten at most
   size_t not_registering = 0;     // stations that were left out since no order makes them register
-  size_t kept = 0;                // of TourRequest::previous
+  // That scans or minutes would be enough for, and that nobody is sent to: each brings less than
+  // PlanningConfig::terminate_below beyond the others.
+  size_t not_worth_it = 0;
+  size_t kept = 0;  // of TourRequest::previous
   uint64_t rays = 0;
   bool complete = false;  // false: it may still become better
   std::string message;    // for people: what it comes to

@@ -117,22 +117,29 @@ absl::StatusOr<std::shared_ptr<const PlanningProblem>> PlanningProblem::Prepare(
   if (!ranked.ok()) return During(PlanStage::kRankPatches, ranked);
   clock.Book(PlanStage::kRankPatches);
 
-  // What D needs.
-  auto cells = Scoring::CellsOf(problem->grid(), problem->patches(), problem->scanner_, config,
-                                parallel, cancelled);
-  if (!cells.ok()) return During(PlanStage::kEvaluate, cells.status());
-  auto scoring = Scoring::Create(model.voxel_size(), problem->grid(), problem->scene(),
-                                 *std::move(cells), problem->scanner_, config, parallel, cancelled);
+  // What D needs and, beside it, what F needs.
+  absl::StatusOr<std::unique_ptr<const Scoring>> scoring = absl::UnknownError("not made");
+  absl::StatusOr<OverlapSurface> overlap = absl::UnknownError("not made");
+  parallel.For(2, [&](size_t part) {
+    if (part == 1) {
+      overlap = OverlapSurface::Create(model, problem->grid(), problem->scene(), problem->scanner_,
+                                       parallel, cancelled);
+      return;
+    }
+    auto cells = Scoring::CellsOf(problem->grid(), problem->patches(), problem->scanner_, config,
+                                  parallel, cancelled);
+    if (!cells.ok()) {
+      scoring = cells.status();
+      return;
+    }
+    scoring = Scoring::Create(model.voxel_size(), problem->grid(), problem->scene(),
+                              *std::move(cells), problem->scanner_, config, parallel, cancelled);
+  });
   if (!scoring.ok()) return During(PlanStage::kEvaluate, scoring.status());
-  problem->scoring_ = *std::move(scoring);
-  clock.Book(PlanStage::kEvaluate);
-
-  // What F needs.
-  auto overlap = OverlapSurface::Create(model, problem->grid(), problem->scene(), problem->scanner_,
-                                        parallel, cancelled);
   if (!overlap.ok()) return During(PlanStage::kCheck, overlap.status());
+  problem->scoring_ = *std::move(scoring);
   problem->overlap_.emplace(*std::move(overlap));
-  clock.Book(PlanStage::kCheck);
+  clock.Book(PlanStage::kEvaluate);
   return std::shared_ptr<const PlanningProblem>(std::move(problem));
 }
 

@@ -256,6 +256,13 @@ registration::RegistrationVerdict OverlapSurface::JudgeSight(
   return Judge(sight.elements, view, config, targets);
 }
 
+registration::RegistrationVerdict OverlapSurface::JudgeSightBeforeRivals(
+    const Sight& sight, const Eigen::Vector3d& view,
+    const registration::RegistrationConfig& config) const {
+  return registration::PredictRegistration(sight.elements, weight_, DirectionsOf(scanner_), view,
+                                           scanner_, config);
+}
+
 registration::TargetedPrediction OverlapSurface::Targeted(
     const Sight& sight, const Eigen::Vector3d& view,
     const registration::RegistrationConfig& config) const {

@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -43,6 +44,12 @@ class OverlapSurface {
                                                const sensor::ScannerModel& scanner,
                                                parallel::Parallel& parallel,
                                                const parallel::Cancellation& cancelled = {});
+
+  // Rivals are looked for with what was made for all of Create()'s model.
+  void LookForRivalsIn(std::shared_ptr<const registration::FieldAllOver> all_over) {
+    rivals_ =
+        std::make_shared<const registration::RivalForecast>(rivals_->With(std::move(all_over)));
+  }
 
   struct Seen {
     registration::RegistrationVerdict verdict;
@@ -103,6 +110,11 @@ class OverlapSurface {
       const Sight& sight, const Eigen::Vector3d& view,
       const registration::RegistrationConfig& config,
       std::span<const registration::TargetTie> targets) const;
+  // The same without targets and before rivals are looked for, which takes most of the time: what
+  // does not register so does not at all.
+  registration::RegistrationVerdict JudgeSightBeforeRivals(
+      const Sight& sight, const Eigen::Vector3d& view,
+      const registration::RegistrationConfig& config) const;
   registration::TargetedPrediction Targeted(const Sight& sight, const Eigen::Vector3d& view,
                                             const registration::RegistrationConfig& config) const;
   // Whether a scan sees a point that lies on surface, or two voxels before it.

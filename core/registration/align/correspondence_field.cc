@@ -1,6 +1,7 @@
 #include "core/registration/align/correspondence_field.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <utility>
 
@@ -27,45 +28,73 @@ CorrespondenceField::CorrespondenceField(const model::PlanningView& model,
   size_ = ((covered.sizes() / cell_).array().floor().cast<int>() + 1).max(1);
 
   const Eigen::AlignedBox3f inside(covered.min().cast<float>(), covered.max().cast<float>());
-  model.ForEachSurface(
-      [&](const model::VoxelIndex&, model::VoxelState state, const model::SurfaceVoxel& voxel) {
-        if (state != model::VoxelState::kTrueSurface || !inside.contains(voxel.centroid)) return;
-        elements_.push_back({voxel.centroid, voxel.normal, static_cast<float>(voxel.samples)});
-      });
-  parallel.For(kDirections, [&](size_t direction) { Grow(static_cast<int>(direction), reach); });
+  for (std::vector<int32_t>& nearest : nearest_) {
+    nearest.assign(static_cast<size_t>(size_.prod()), -1);
+  }
+  // A centroid lies in its voxel, but for rounding: a voxel beside the box is enough.
+  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(h);
+  const model::VoxelIndex first = model::Brick::Of(model.At(covered.min() - margin));
+  const model::VoxelIndex last = model::Brick::Of(model.At(covered.max() + margin));
+  std::array<Cells, kDirections> fronts;
+  for (const model::BrickAt& at : model.bricks()) {
+    if (at.contents->surface.empty() || (at.brick.array() < first.array()).any() ||
+        (at.brick.array() > last.array()).any()) {
+      continue;
+    }
+    size_t rank = 0;
+    for (size_t word = 0; word < model::Brick::kSide; ++word) {
+      for (uint64_t bits = at.contents->surface_mask[word]; bits != 0; bits &= bits - 1, ++rank) {
+        const size_t local = word * 64 + static_cast<size_t>(std::countr_zero(bits));
+        if (at.contents->state[local] != model::VoxelState::kTrueSurface) continue;
+        const model::SurfaceVoxel& voxel = at.contents->surface.Stored(rank);
+        if (!inside.contains(voxel.centroid)) continue;
+        ++count_;
+        Keep({voxel.centroid, voxel.normal, static_cast<float>(voxel.samples)}, fronts);
+      }
+    }
+  }
+  parallel.For(kDirections, [&](size_t direction) {
+    Grow(static_cast<int>(direction), reach, std::move(fronts[direction]));
+  });
 }
 
-void CorrespondenceField::Grow(int direction, double reach) {
+void CorrespondenceField::Keep(const SurfaceElement& element,
+                               std::array<Cells, kDirections>& fronts) {
+  const Eigen::Array3i cell =
+      (((element.centroid - origin_).array() * inverse_cell_).floor().cast<int>())
+          .max(0)
+          .min(size_ - 1);
+  const size_t flat = Flat(cell);
+  const Eigen::Vector3f centre = CentreOf(cell);
+  for (size_t direction = 0; direction < kDirections; ++direction) {
+    const float along = element.normal[static_cast<Eigen::Index>(direction / 2)];
+    if ((direction % 2 == 0 ? along : -along) < kServes) continue;
+    int32_t& slot = nearest_[direction][flat];
+    if (slot < 0) {
+      slot = static_cast<int32_t>(elements_.size());
+      elements_.push_back(element);
+      fronts[direction].push_back(cell);
+      continue;
+    }
+    SurfaceElement& kept = elements_[static_cast<size_t>(slot)];
+    if ((element.centroid - centre).squaredNorm() < (kept.centroid - centre).squaredNorm()) {
+      kept = element;
+    }
+  }
+}
+
+void CorrespondenceField::Grow(int direction, double reach, Cells front) {
   std::vector<int32_t>& nearest = nearest_[static_cast<size_t>(direction)];
-  nearest.assign(static_cast<size_t>(size_.prod()), -1);
-  const int axis = direction / 2;
-  const float sign = direction % 2 == 0 ? 1.0f : -1.0f;
-  const auto centre = [this](const Eigen::Array3i& cell) -> Eigen::Vector3f {
-    return origin_ + ((cell.cast<float>() + 0.5f) * cell_).matrix();
-  };
   const auto closer = [&](int32_t candidate, int32_t current, const Eigen::Vector3f& to) {
     return current < 0 || (elements_[static_cast<size_t>(candidate)].centroid - to).squaredNorm() <
                               (elements_[static_cast<size_t>(current)].centroid - to).squaredNorm();
   };
-  // Cells that hold an element, then ring by ring outwards, each cell asking its six neighbours'
-  // element whether it is nearer.
-  std::vector<Eigen::Array3i> front;
-  for (size_t i = 0; i < elements_.size(); ++i) {
-    const SurfaceElement& e = elements_[i];
-    if (sign * e.normal[axis] < kServes) continue;
-    const Eigen::Array3i cell =
-        (((e.centroid - origin_).array() * inverse_cell_).floor().cast<int>())
-            .max(0)
-            .min(size_ - 1);
-    int32_t& slot = nearest[Flat(cell)];
-    if (slot < 0) front.push_back(cell);
-    if (closer(static_cast<int32_t>(i), slot, centre(cell))) slot = static_cast<int32_t>(i);
-  }
   const auto limit = static_cast<float>((reach + cell_) * (reach + cell_));
   // A straight line over faces is at most sqrt(3) times as long as the way; half as much again is
   // what corners of the reach's sphere that nobody is in leave.
   const int rings = static_cast<int>(std::ceil(reach / cell_ * 1.5)) + 1;
-  std::vector<Eigen::Array3i> next;
+  // Ring by ring, each cell asking its six neighbours' element whether it is nearer.
+  Cells next;
   for (int ring = 0; ring < rings && !front.empty(); ++ring) {
     next.clear();
     for (const Eigen::Array3i& cell : front) {
@@ -76,7 +105,7 @@ void CorrespondenceField::Grow(int direction, double reach) {
         if ((neighbour < 0).any() || (neighbour >= size_).any()) continue;
         int32_t& slot = nearest[Flat(neighbour)];
         if (slot == element) continue;
-        const Eigen::Vector3f c = centre(neighbour);
+        const Eigen::Vector3f c = CentreOf(neighbour);
         if ((elements_[static_cast<size_t>(element)].centroid - c).squaredNorm() > limit) continue;
         if (!closer(element, slot, c)) continue;
         slot = element;

@@ -44,7 +44,8 @@ class CorrespondenceField {
     return element < 0 ? nullptr : &elements_[static_cast<size_t>(element)];
   }
 
-  size_t elements() const { return elements_.size(); }
+  // Of true surface in the box; what is nearest to no cell's centre is not kept.
+  size_t elements() const { return count_; }
 
  private:
   static constexpr int kDirections = 6;
@@ -59,13 +60,22 @@ class CorrespondenceField {
                (static_cast<size_t>(cell.y()) +
                 static_cast<size_t>(size_.y()) * static_cast<size_t>(cell.z()));
   }
-  void Grow(int direction, double reach);
+  Eigen::Vector3f CentreOf(const Eigen::Array3i& cell) const {
+    return origin_ + ((cell.cast<float>() + 0.5f) * cell_).matrix();
+  }
+  using Cells = std::vector<Eigen::Array3i>;
+  // Cells that hold elements keep the one nearest to their centre, for each direction that it
+  // serves. Appends cells that held none to `fronts`.
+  void Keep(const SurfaceElement& element, std::array<Cells, kDirections>& fronts);
+  // From cells that hold an element outwards.
+  void Grow(int direction, double reach, Cells front);
 
   Eigen::Vector3f origin_ = Eigen::Vector3f::Zero();
   float cell_ = 0;
   float inverse_cell_ = 0;
   Eigen::Array3i size_ = Eigen::Array3i::Zero();
-  std::vector<SurfaceElement> elements_;
+  size_t count_ = 0;
+  std::vector<SurfaceElement> elements_;  // of cells, by direction
   std::array<std::vector<int32_t>, kDirections> nearest_;
 };
 

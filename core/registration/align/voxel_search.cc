@@ -86,9 +86,10 @@ VoxelSearch::VoxelSearch(const model::PlanningView& model, const Eigen::AlignedB
   }
 }
 
-Match VoxelSearch::Find(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
-                        double reach) const {
-  Match best;
+template <bool any>
+const model::SurfaceVoxel* VoxelSearch::Look(const Eigen::Vector3d& point,
+                                             const Eigen::Vector3d& normal, double reach) const {
+  const model::SurfaceVoxel* best = nullptr;
   if (bricks_.empty()) return best;
   const double far = std::min(reach, kWidestReach) * voxel_;
   const Axis x(point.x(), far, voxel_);
@@ -125,17 +126,30 @@ Match VoxelSearch::Find(const Eigen::Vector3d& point, const Eigen::Vector3d& nor
             if (voxel.normal.cast<double>().dot(normal) < kFineCompatible) continue;
             const double distance = (point - voxel.centroid.cast<double>()).squaredNorm();
             if (distance >= nearest) continue;
+            if (any) return &voxel;
             nearest = distance;
-            best.voxel = &voxel;
+            best = &voxel;
           }
         }
       }
     }
   }
+  return best;
+}
+
+Match VoxelSearch::Find(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
+                        double reach) const {
+  Match best;
+  best.voxel = Look<false>(point, normal, reach);
   if (best.voxel != nullptr) {
     best.normal = (best.voxel->normal.cast<double>() + normal).normalized();
   }
   return best;
+}
+
+bool VoxelSearch::FindsAny(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
+                           double reach) const {
+  return Look<true>(point, normal, reach) != nullptr;
 }
 
 Eigen::AlignedBox3d BoxOf(const ScanSurface& surface, const Eigen::Isometry3d& T_world_scan) {

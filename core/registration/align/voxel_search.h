@@ -37,6 +37,9 @@ class VoxelSearch {
   // The nearest compatible true-surface voxel by its centroid, at most `reach` voxels away.
   Match Find(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
              double reach = kFineReach) const;
+  // Whether Find() finds any.
+  bool FindsAny(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
+                double reach = kFineReach) const;
 
  private:
   struct TrueSurface {
@@ -48,6 +51,10 @@ class VoxelSearch {
   // Eight bricks along each side; -1: no true surface.
   using Page = std::array<int32_t, model::Brick::kVoxels>;
 
+  // The first that is found rather than the nearest, where `any` is enough.
+  template <bool any>
+  const model::SurfaceVoxel* Look(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
+                                  double reach) const;
   size_t PlaceOf(const model::VoxelIndex& page) const {
     const model::VoxelIndex at = page - first_page_;
     return static_cast<size_t>(at.x()) +

@@ -54,7 +54,8 @@ constexpr int kRefineSteps = 8;
 // A near one may be on its way to where the scan is, as an alignment's first stage would lead it:
 // it is followed towards its end.
 constexpr int kNearSteps = 30;
-constexpr double kFieldCells = 1e5;  // of 20 cm around a room: that stage reaches half a metre
+constexpr double kFieldCells = 1e5;   // of 20 cm around a room: that stage reaches half a metre
+constexpr double kCellAllOver = 0.2;  // m, of a field for all of a model
 
 // What a scan would show of it, in a scanner's frame that has the world's directions.
 ScanSurface SurfaceOf(std::span<const OverlapElement> overlap, const Eigen::Vector3d& position,
@@ -130,7 +131,7 @@ class Shifts {
       if (!near && std::abs(normal.dot(by)) < kApart) continue;
       ++asked;
       const Eigen::Vector3d point = position_ + by + s.point.cast<double>();
-      held += search_.Find(point, normal, reach).voxel != nullptr ? 1 : 0;
+      held += search_.FindsAny(point, normal, reach) ? 1 : 0;
       if (asked == kFirstHoldSamples && share() < least - kFirstLess) return 0;
       if (asked == kHoldSamples) break;
     }
@@ -154,7 +155,27 @@ Eigen::AlignedBox3d TrueSurfaceBox(const model::PlanningView& model) {
   return box;
 }
 
+double CellsAllOver(const model::PlanningView& model) {
+  const Eigen::Vector3d size =
+      (model.bounds().max - model.bounds().min).cast<double>() * model.voxel_size() / kCellAllOver;
+  return std::clamp(size.prod(), 1.0, CorrespondenceField::kCellsAroundScan);
+}
+
 }  // namespace
+
+FieldAllOver::FieldAllOver(const model::PlanningView& model, const RegistrationConfig& config,
+                           parallel::Parallel& parallel)
+    : reach(config.max_correspondence),
+      field(model,
+            Eigen::AlignedBox3d(model.bounds().min.cast<double>() * model.voxel_size(),
+                                model.bounds().max.cast<double>() * model.voxel_size()),
+            reach, parallel, CellsAllOver(model)) {}
+
+uint64_t FieldAllOver::MostBytes() {
+  // In six directions, and elements for at most one of them: walls are fewer than that.
+  constexpr uint64_t kBytesOfCell = 24 + sizeof(SurfaceElement);
+  return static_cast<uint64_t>(CorrespondenceField::kCellsAroundScan) * kBytesOfCell;
+}
 
 RivalForecast::RivalForecast(const model::PlanningView& model)
     : model_(model), search_(model, TrueSurfaceBox(model)) {}
@@ -184,7 +205,11 @@ std::vector<RivalPose> RivalForecast::Rivals(std::span<const OverlapElement> ove
   alignment.score = ScorePose(search_, samples, prior.T_world_scan);
   sensor::PosePrior free = prior;
   free.covariance.reset();
-  std::optional<CorrespondenceField> field;
+  std::optional<CorrespondenceField> around;
+  const CorrespondenceField* field = nullptr;
+  if (all_over_ != nullptr && all_over_->reach == config.max_correspondence) {
+    field = &all_over_->field;
+  }
   for (const Shift& shift : shifts) {
     free.T_world_scan = prior.T_world_scan;
     free.T_world_scan.pretranslate(shift.by);
@@ -192,12 +217,12 @@ std::vector<RivalPose> RivalForecast::Rivals(std::span<const OverlapElement> ove
     const PriorTerm term(free, {});
     const bool near = shift.by.norm() < kNearShift;
     if (near) {
-      if (!field.has_value()) {
+      if (field == nullptr) {
         Eigen::AlignedBox3d box = BoxOf(surface, prior.T_world_scan);
         const Eigen::Vector3d margin =
             Eigen::Vector3d::Constant(kNearShift + config.max_correspondence);
-        field.emplace(model_, Eigen::AlignedBox3d(box.min() - margin, box.max() + margin),
-                      config.max_correspondence, serial, kFieldCells);
+        field = &around.emplace(model_, Eigen::AlignedBox3d(box.min() - margin, box.max() + margin),
+                                config.max_correspondence, serial, kFieldCells);
       }
       free.T_world_scan =
           AlignCoarse(*field, samples.first(std::min(kRefineSamples, samples.size())),

@@ -4,10 +4,15 @@
 #define VANTAGE_CORE_REGISTRATION_BOUND_RIVAL_FORECAST_H_
 
 #include <Eigen/Core>
+#include <cstdint>
+#include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/model/view/planning_view.h"
+#include "core/parallel/parallel.h"
+#include "core/registration/align/correspondence_field.h"
 #include "core/registration/align/registration_config.h"
 #include "core/registration/align/targets.h"
 #include "core/registration/align/voxel_search.h"
@@ -18,12 +23,31 @@
 
 namespace vantage::registration {
 
+// What a forecast looks at around a scan, made once for all of a model, in cells of 20 cm or,
+// beyond 12,000 m^3, as few as around a scan: for who asks of so many scans that it pays.
+struct FieldAllOver {
+  FieldAllOver(const model::PlanningView& model, const RegistrationConfig& config,
+               parallel::Parallel& parallel);
+  static uint64_t MostBytes();
+
+  double reach;  // m, config.max_correspondence
+  CorrespondenceField field;
+};
+
 // Where the known surface looks like itself, as far as the priors of scans may be wrong. Thread
 // safe.
 class RivalForecast {
  public:
   // Keeps the reference to the model.
   explicit RivalForecast(const model::PlanningView& model);
+
+  // The same with what was made for all of the model; it answers questions with other reaches as
+  // without it.
+  RivalForecast With(std::shared_ptr<const FieldAllOver> all_over) const {
+    RivalForecast forecast = *this;
+    forecast.all_over_ = std::move(all_over);
+    return forecast;
+  }
 
   // Asks of what a view would see what is asked of a scan (OpenRivals()): the poses at which that
   // fits as well and which nothing refutes, within what priors with `config.prior_sigma` leave open
@@ -42,6 +66,7 @@ class RivalForecast {
  private:
   const model::PlanningView& model_;
   VoxelSearch search_;
+  std::shared_ptr<const FieldAllOver> all_over_;
 };
 
 }  // namespace vantage::registration

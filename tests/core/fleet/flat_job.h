@@ -45,6 +45,11 @@ class FlatJob {
         planning::PlanningProblem::Prepare({*view_, scanner_, config_}, parallel).value();
     return MakePlanLookingAhead(*problem, budget_, parallel, [](const planning::Plan&) {});
   }
+  void LookAheadIn(planning::Plan& plan) {
+    const auto problem =
+        planning::PlanningProblem::Prepare({*view_, scanner_, config_}, pool_).value();
+    LookAhead(*problem, parallel::Budget::Unlimited(), pool_, plan);
+  }
   planning::Plan ByScore(parallel::Parallel& parallel) const {
     return planning::MakePlan(*view_, scanner_, config_, budget_, parallel,
                               [](const planning::Plan&) {})

@@ -70,6 +70,34 @@ TEST(LookAheadTest, MovesOneViewAtMost) {
   }
 }
 
+// Advice on targets names the view that is to be scanned first, wherever that stands now.
+TEST(LookAheadTest, AdviceOnTargetsNamesTheSameView) {
+  size_t moved = 0;
+  for (uint64_t seed = 1; seed <= 8 && moved == 0; ++seed) {
+    SCOPED_TRACE(testing::Message() << "flat " << seed);
+    FlatJob job(seed);
+    job.ScanFrom(job.starts()[0]);
+    for (int scan = 0; scan < 4 && moved == 0; ++scan) {
+      planning::Plan plan = job.ByScore(job.pool());
+      ASSERT_FALSE(plan.views.empty());
+      const std::vector<planning::RankedView> before = plan.views;
+      if (plan.refused.size() >= before.size()) {
+        for (size_t k = 0; k < before.size(); ++k) {
+          plan.refused[k].targets.emplace().first_view = k;
+        }
+        job.LookAheadIn(plan);
+        for (size_t k = 0; k < before.size(); ++k) {
+          ASSERT_TRUE(plan.refused[k].targets->first_view.has_value());
+          EXPECT_EQ(plan.views[*plan.refused[k].targets->first_view].position, before[k].position);
+        }
+        moved += plan.views.front().position != before.front().position ? 1 : 0;
+      }
+      job.ScanFrom(plan.views.front().position);
+    }
+  }
+  EXPECT_GT(moved, 0u) << "or this says nothing";
+}
+
 TEST(LookAheadTest, IsTheSameOnAnyNumberOfThreads) {
   FlatJob job(2);
   job.ScanFrom(job.starts()[0]);

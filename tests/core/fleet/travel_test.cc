@@ -197,6 +197,13 @@ TEST(TravelTest, LiesBetweenTheStraightLineAndWaysAlongTheGrid) {
         ASSERT_GE(*length, (CentreOf(grid, {x, y}) - start).head<2>().norm() - 1e-4);
         ASSERT_LE(*length, along + 1e-4) << x << ' ' << y;
         ASSERT_GE(*length, along / 1.0824 - 1e-4) << x << ' ' << y;
+        // The way to one place alone is the same.
+        if (reached % 100 == 0) {
+          const Vector3d to = CentreOf(grid, {x, y});
+          const TravelMap alone = TravelMap::To(grid, start, to);
+          EXPECT_EQ(alone.Length(to), length);
+          EXPECT_EQ(alone.Way(to), map.Way(to));
+        }
       }
     }
     EXPECT_GT(reached, 1000);

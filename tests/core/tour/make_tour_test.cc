@@ -151,6 +151,29 @@ TEST(MakeTourTest, TheBestOfSoManyMinutes) {
   EXPECT_TRUE(flat.Make().stops.empty());
 }
 
+TEST(MakeTourTest, TimeThatIsLeftIsNotSpentOnStationsThatAreNotWorthIt) {
+  FlatTour flat(3);
+  const Tour worth = flat.Make();
+  flat.config().terminate_below = 2;
+  flat.Prepare();
+  flat.request().minutes = 10 * worth.minutes;
+  const Tour tour = flat.Make();
+  ExpectSound(tour, flat.request());
+  EXPECT_LE(tour.stops.size(), worth.stops.size());
+  // By other cells than it was chosen by, and others may need it.
+  ASSERT_GE(tour.worth.size(), 2u);
+  EXPECT_GT(tour.worth.back().area - tour.worth[tour.worth.size() - 2].area, 1);
+  EXPECT_GT(tour.not_worth_it, 0u);
+  EXPECT_THAT(tour.message, HasSubstr("that would bring less than 2 m\u00b2 each"));
+  // What nobody is sent for by itself is gone for where it is asked for.
+  flat.request().goal = 0.99;
+  EXPECT_GT(flat.Make().area, tour.area);
+  // Where time is short nothing is left out.
+  flat.request().goal.reset();
+  flat.request().minutes = worth.minutes / 3;
+  EXPECT_EQ(flat.Make().not_worth_it, 0u);
+}
+
 TEST(MakeTourTest, TwoScannersAreDoneSooner) {
   FlatTour flat(3);
   const Tour one = flat.Make();
@@ -240,6 +263,21 @@ TEST(MakeTourTest, AnEarlierTourIsKeptOverSeveralDays) {
   EXPECT_GE(tour.stops.back().day, 1);
   for (const TourStop& stop : tour.stops) {
     EXPECT_LE(stop.end, (stop.day + 1) * *flat.request().day + 1e-9);
+  }
+}
+
+TEST(MakeTourTest, TheTourOfOneScannerLeavesNoneOfTwoIdle) {
+  for (const uint64_t seed : {3, 4, 5}) {
+    SCOPED_TRACE(seed);
+    FlatTour flat(seed);
+    const Tour one = flat.Make();
+    flat.request().scanners.resize(2, flat.request().scanners.front());
+    const Tour anew = flat.Make();
+    for (const TourStop& stop : one.stops) flat.request().previous.push_back(stop.position);
+    const Tour two = flat.Make();
+    ExpectSound(two, flat.request());
+    EXPECT_LE(two.minutes, anew.minutes + flat.request().scanners[0].scan_seconds / 60 + 1e-9);
+    for (const double minutes : two.scanner_minutes) EXPECT_GT(minutes, two.minutes / 3);
   }
 }
 

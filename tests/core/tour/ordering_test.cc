@@ -223,6 +223,18 @@ TEST(OrderingTest, FourScannersHaveZonesAndAreDoneTogether) {
   EXPECT_GT(together, 0.82);
 }
 
+// A scan of 1.85 minutes, with setting up: what an instrument takes at its middle setting.
+TEST(OrderingTest, NobodyIsLeftWithoutWorkWhereScansAreShort) {
+  for (const size_t stations : {2, 3, 4}) {
+    SCOPED_TRACE(stations);
+    Drawn drawn = Draw(21, stations, 2, 6, 20, stations);
+    drawn.problem.scan.assign(2, 1.85);
+    const Routes routes = OrderStations(drawn.problem, 5000, 1, parallel::Budget::Unlimited());
+    ExpectAll(routes, stations);
+    for (const std::vector<uint32_t>& route : routes) EXPECT_FALSE(route.empty());
+  }
+}
+
 TEST(OrderingTest, TheSameEveryTimeAndNeverWorseThanWhatItBeganWith) {
   const Drawn drawn = Draw(13, 25, 2, 40, 15, 2);
   const auto once = OrderStations(drawn.problem, 3000, 7, parallel::Budget::Unlimited());

@@ -156,13 +156,19 @@ TEST_F(TourTableTest, JudgesOnWhatIsKnownAsAPlanDoes) {
   size_t registered = 0;
   for (const Candidate& candidate : SpreadViews(problem_, 1.2, 30)) {
     uint64_t rays = 0;
-    const auto verdict = overlap->Judge(candidate, known, unlimited_, rays);
+    using Judging = OverlapTable::Judging;
+    const auto verdict = overlap->Judge(candidate, known, Judging::kWhole, unlimited_, rays);
     ASSERT_TRUE(verdict.has_value());
+    const auto before_rivals =
+        overlap->Judge(candidate, known, Judging::kBeforeRivals, unlimited_, rays);
+    EXPECT_EQ(before_rivals->judged_bound, verdict->judged_bound);
+    EXPECT_TRUE(before_rivals->registered() || !verdict->registered());
     const auto plan = planning::EvaluateView(problem_, candidate.position).value();
     EXPECT_EQ(verdict->outcome, plan.view.verdict.outcome);
     EXPECT_NEAR(verdict->overlap_share, plan.view.verdict.overlap_share, 1e-6);
     registered += verdict->registered();
-    EXPECT_FALSE(overlap->Judge(candidate, nothing, unlimited_, rays)->registered());
+    EXPECT_FALSE(
+        overlap->Judge(candidate, nothing, Judging::kWhole, unlimited_, rays)->registered());
   }
   EXPECT_GT(registered, 0u);
 }

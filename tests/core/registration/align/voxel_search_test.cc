@@ -47,6 +47,7 @@ TEST(VoxelSearch, FindsWhatALookAtAllVoxelsFinds) {
     for (const double reach : {kFineReach, kWidestReach}) {
       const std::optional<model::SurfaceVoxel> expected =
           NearestOfAll(*model, point, normal, reach);
+      EXPECT_EQ(search.FindsAny(point, normal, reach), expected.has_value());
       const Match match = search.Find(point, normal, reach);
       ASSERT_EQ(match.voxel != nullptr, expected.has_value()) << point.transpose();
       if (!expected.has_value()) continue;
