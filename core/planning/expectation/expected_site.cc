@@ -21,4 +21,19 @@ absl::StatusOr<std::shared_ptr<const ExpectedSite>> ExpectedSite::Of(
   return absl::WrapUnique<const ExpectedSite>(new ExpectedSite(std::move(view), std::move(floors)));
 }
 
+Region ExpectedSite::Told() const {
+  constexpr double kRoom = 6;     // m, the length of a large room
+  constexpr double kSlab = 0.25;  // m, of a floor or a ceiling
+  const double h = view_.voxel_size();
+  const model::VoxelBox& bounds = view_.bounds();
+  Region told;
+  for (const model::VoxelIndex& corner : {bounds.min, bounds.max}) {
+    told.extend(Eigen::Vector3d(h * corner.cast<double>()));
+  }
+  if (told.isEmpty()) return told;
+  told.min() -= Eigen::Vector3d(kRoom, kRoom, kSlab);
+  told.max() += Eigen::Vector3d(kRoom, kRoom, kSlab);
+  return told;
+}
+
 }  // namespace vantage::planning

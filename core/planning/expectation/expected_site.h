@@ -25,6 +25,11 @@ class ExpectedSite {
   const model::PlanningView& view() const { return view_; }
   std::span<const ExpectedFloor> floors() const { return floors_; }
 
+  // Where it says what is behind false surface, m: where it shows nothing there, nothing is. Its
+  // own box, and beside it as far as mirrors at its outer walls show rooms; not above and below,
+  // where storeys may be of which it has no floor.
+  Region Told() const;
+
  private:
   ExpectedSite(model::PlanningView view, std::vector<ExpectedFloor> floors)
       : view_(std::move(view)), floors_(std::move(floors)) {}

@@ -20,9 +20,13 @@ namespace {
 // Turns deficient voxels into cells, with all that the model says of the space around them.
 class CellMaker {
  public:
-  CellMaker(const model::PlanningView& model, const PlanningConfig& config, Skyline skyline,
-            std::vector<Eigen::Vector3f>& dropouts)
-      : model_(model), config_(config), skyline_(std::move(skyline)), dropouts_(dropouts) {}
+  CellMaker(const model::PlanningView& model, const PlanningConfig& config, const Region& told,
+            Skyline skyline, std::vector<Eigen::Vector3f>& dropouts)
+      : model_(model),
+        config_(config),
+        told_(told),
+        skyline_(std::move(skyline)),
+        dropouts_(dropouts) {}
 
   bool InSky(const model::VoxelIndex& v, model::VoxelState state,
              const model::SurfaceVoxel& surface) {
@@ -59,13 +63,16 @@ class CellMaker {
     // Rays went into a hole and none came back, so no depth behind it counts.
     const bool opening =
         state == model::VoxelState::kFalseOcclusion || state == model::VoxelState::kFalseImage;
-    if (config_.unknown_depth <= 0 || !opening) return static_cast<float>(density);
+    if (config_.unknown_depth <= 0 || !opening || told_.contains(surface.centroid.cast<double>())) {
+      return static_cast<float>(density);
+    }
     const double depth = DepthBehind(model_, v, surface.normal, config_.unknown_depth);
     return static_cast<float>(DensityWorthHaving(density, depth));
   }
 
   const model::PlanningView& model_;
   const PlanningConfig& config_;
+  const Region& told_;
   Skyline skyline_;
   std::vector<Eigen::Vector3f>& dropouts_;
 };
@@ -195,11 +202,12 @@ std::optional<int> CubeShiftOf(const model::PlanningView& model, const PlanningC
 
 std::optional<DeficientCells> CollectDeficient(const model::PlanningView& model,
                                                const PlanningConfig& config, int shift,
+                                               const Region& told,
                                                std::vector<Eigen::Vector3f>& dropouts,
                                                const parallel::Cancellation& cancelled) {
   std::optional<Skyline> skyline = Skyline::Of(model, cancelled);
   if (!skyline) return std::nullopt;
-  CellMaker maker(model, config, *std::move(skyline), dropouts);
+  CellMaker maker(model, config, told, *std::move(skyline), dropouts);
   DeficientCells::Builder deficient(model.voxel_size());
   CoarseBrick coarse(shift);
   model::VoxelIndex brick = model::VoxelIndex::Zero();

@@ -35,9 +35,10 @@ std::optional<int> CubeShiftOf(const model::PlanningView& model, const PlanningC
 // of 1 to 3 one cell stands for all voxels of a kind that lie in a cube, face the same of six ways
 // and have the same requirement: that next to their middle, with the area of all and their mean
 // density. Voxels with dropouts stand for themselves. Then cells come brick by brick, and in a
-// brick cube by cube. Nothing when cancelled on the way.
+// brick cube by cube. `told`: as for ExtractPatches(). Nothing when cancelled on the way.
 std::optional<DeficientCells> CollectDeficient(const model::PlanningView& model,
                                                const PlanningConfig& config, int shift,
+                                               const Region& told,
                                                std::vector<Eigen::Vector3f>& dropouts,
                                                const parallel::Cancellation& cancelled);
 

@@ -182,13 +182,14 @@ std::optional<Groups> Grow(const DeficientCells& deficient, const std::optional<
 absl::StatusOr<PatchSet> ExtractPatches(const model::PlanningView& model,
                                         const PlanningConfig& config,
                                         const PatchTolerance& tolerance,
-                                        const parallel::Cancellation& cancelled) {
+                                        const parallel::Cancellation& cancelled,
+                                        const Region& told) {
   const absl::Status stopped = absl::CancelledError("extract patches");
   PatchSet set;
   const std::optional<int> shift = CubeShiftOf(model, config, cancelled);
   if (!shift.has_value()) return stopped;
   set.cube = 1 << *shift;
-  auto collected = CollectDeficient(model, config, *shift, set.dropouts, cancelled);
+  auto collected = CollectDeficient(model, config, *shift, told, set.dropouts, cancelled);
   if (!collected.has_value()) return stopped;
   DeficientCells deficient = *std::move(collected);
   const double edge = set.cube * model.voxel_size();

@@ -33,12 +33,14 @@ struct PatchSet {
 };
 
 // B. Each deficient voxel is in exactly one patch, by itself or by the cell that stands for it; a
-// patch is connected (26 neighbours), of one kind, and planar within the tolerance. CANCELLED when
-// that was requested on the way.
+// patch is connected (26 neighbours), of one kind, and planar within the tolerance. `told`: m,
+// where it is known by other means what is behind false surface, so that no depth counts there.
+// CANCELLED when that was requested on the way.
 absl::StatusOr<PatchSet> ExtractPatches(const model::PlanningView& model,
                                         const PlanningConfig& config,
                                         const PatchTolerance& tolerance = {},
-                                        const parallel::Cancellation& cancelled = {});
+                                        const parallel::Cancellation& cancelled = {},
+                                        const Region& told = {});
 
 // C. The patches by importance = weight * deficit, the most important first, and the cells with
 // them. CANCELLED when that was requested on the way.

@@ -210,11 +210,8 @@ absl::Status PlanningProblem::ExtractSurface(const Common& common, Making& makin
                                  *std::move(making.openings), cancelled);
     }
     if (part == 1 && !common.surface) {
-      PlanningConfig surface = config_;
-      // A prior says what is behind false surface: where it shows nothing, nothing deep is.
-      if (site_ != nullptr) surface.unknown_depth = 0;
-      patches =
-          ExtractPatches(expected != nullptr ? expected->view() : model_, surface, {}, cancelled);
+      patches = ExtractPatches(expected != nullptr ? expected->view() : model_, config_, {},
+                               cancelled, site_ != nullptr ? site_->Told() : Region());
       if (patches.ok() && expected != nullptr) MarkExpected(*expected, *patches);
     }
     if (part == 2 && !common.scene) {

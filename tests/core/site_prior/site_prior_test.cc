@@ -309,6 +309,17 @@ TEST(SitePriorTest, LeavesNoRoomToBeDiscovered) {
   };
   EXPECT_EQ(deep(*site), 0u);
   EXPECT_GT(deep(nullptr), 100u);
+  // Of a building 50 m away it says nothing here, and of a storey above neither.
+  for (const Eigen::Vector3f& away : {Eigen::Vector3f(50, 0, 0), Eigen::Vector3f(0, 0, 9)}) {
+    simulation::Scene other = simulation::TwoRooms(1);
+    for (Eigen::Vector3f& vertex : other.mesh.vertices) vertex += away;
+    ScannedScene elsewhere(other);
+    elsewhere.ScanFrom(other.starts[0] + away.cast<double>());
+    const model::PlanningView& model = elsewhere.model();
+    const auto there =
+        planning::ExpectedSite::Of(model::PlanningView(model, model.version(), {}, {}));
+    EXPECT_EQ(deep(*there), deep(nullptr));
+  }
 }
 
 TEST(SitePriorTest, IsRefutedWhereAWallIsGone) {
