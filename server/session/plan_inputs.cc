@@ -375,8 +375,9 @@ ProblemQuestion QuestionOf(const PlanInputs& inputs) {
 absl::StatusOr<SiteOfPlan> SiteOf(ModelMemory& model, const PlanInputs& inputs,
                                   const parallel::Cancellation& cancelled) {
   if (!inputs.prior.has_value()) return SiteOfPlan{nullptr, inputs.memory};
+  const int64_t held = inputs.memory == nullptr ? 0 : inputs.memory->bytes();
   const auto use =
-      model.site_prior().Of(*inputs.prior, inputs.model.view, inputs.wanted, cancelled);
+      model.site_prior().Of(*inputs.prior, inputs.model.view, {inputs.wanted, held}, cancelled);
   if (!use.ok()) return use.status();
   auto with = WithPrior(model, inputs, **use);
   if (!with.ok()) return with.status();

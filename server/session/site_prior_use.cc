@@ -150,7 +150,15 @@ absl::StatusOr<MemoryAccount::Reservation> SitePriorUse::Take(Making& making, in
   if (const auto most = memory_.Most(); most.has_value() && all > *most) {
     return making.lasting = PriorTooLarge(all, *most);
   }
-  if (making.wanted == Wanted::kAsked) return memory_.Reserve(bytes);
+  if (const auto most = memory_.Most(); most.has_value() && all + making.asker.held > *most) {
+    return contract::ErrorWithReason(
+        absl::StatusCode::kResourceExhausted, "PLAN_TOO_LARGE",
+        absl::StrCat("the plan and the prior of the site take some ",
+                     (all + making.asker.held) >> 20, " MiB, and the server has ", *most >> 20,
+                     " MiB for all models and plans: use larger viewcells, or a prior of the part "
+                     "that is to be scanned, or have its operator give it more (--memory-mib)"));
+  }
+  if (making.asker.wanted == Wanted::kAsked) return memory_.Reserve(bytes);
   std::optional<MemoryAccount::Reservation> spare = memory_.ReserveSpare(bytes);
   if (!spare.has_value()) return MemoryShort(bytes);
   return *std::move(spare);
@@ -251,7 +259,7 @@ std::shared_ptr<const SitePriorUse::Use> SitePriorUse::Last(
 
 absl::StatusOr<std::shared_ptr<const SitePriorUse::Use>> SitePriorUse::Of(
     const SitePriorQuestion& question, const std::shared_ptr<const model::PlanningView>& view,
-    Wanted wanted, const parallel::Cancellation& cancelled) {
+    const Asker& asker, const parallel::Cancellation& cancelled) {
   const Key key{question.set, question.origin};
   uint64_t forgotten = 0;
   {
@@ -277,7 +285,7 @@ absl::StatusOr<std::shared_ptr<const SitePriorUse::Use>> SitePriorUse::Of(
       own.ended_.notify_all();
     }
   } const end{*this};
-  Making making{key, question, view, wanted, forgotten, cancelled, absl::OkStatus()};
+  Making making{key, question, view, asker, forgotten, cancelled, absl::OkStatus()};
   absl::StatusOr<Used> made = Make(making);
   if (!made.ok()) return made.status();
   const std::shared_ptr<const Use> use = made->use;

@@ -74,6 +74,10 @@ class SitePriorUse {
   // Whether somebody asked for what it is used for. What nobody asked for yet gets memory only that
   // nobody is likely to miss.
   enum class Wanted : uint8_t { kAsked, kAhead };
+  struct Asker {
+    Wanted wanted = Wanted::kAsked;
+    int64_t held = 0;  // bytes that it has reserved for itself, and keeps meanwhile
+  };
 
   // `beside`: what the session has in memory whenever its prior is used, bytes.
   SitePriorUse(const TenantMemory& memory, std::function<int64_t()> beside)
@@ -90,10 +94,11 @@ class SitePriorUse {
   // wait. What lasts is a verdict (kUnusable): its data are lost, it cannot be had, or it takes
   // more memory than the server ever has for it. Errors are those that pass: of
   // store::Store::GetBlob(), RESOURCE_EXHAUSTED (MEMORY_SHORT), and CANCELLED when that was
-  // requested on the way.
+  // requested on the way; and RESOURCE_EXHAUSTED (PLAN_TOO_LARGE): there is never room for it
+  // beside what the asker holds.
   absl::StatusOr<std::shared_ptr<const Use>> Of(
       const SitePriorQuestion& question, const std::shared_ptr<const model::PlanningView>& view,
-      Wanted wanted, const parallel::Cancellation& cancelled);
+      const Asker& asker, const parallel::Cancellation& cancelled);
 
   // The last answer of that prior, of whatever model; null where there is none.
   std::shared_ptr<const Use> Last(const SitePriorQuestion& question) const;
@@ -127,7 +132,7 @@ class SitePriorUse {
     const Key& key;
     const SitePriorQuestion& question;
     const std::shared_ptr<const model::PlanningView>& view;
-    const Wanted wanted;
+    const Asker& asker;
     const uint64_t forgotten;
     const parallel::Cancellation& cancelled;
     absl::Status lasting;  // why none can be had the next time either

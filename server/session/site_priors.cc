@@ -473,8 +473,8 @@ void SitePriors::Describe(const v1::GetSitePriorRequest& request,
                         with_walls = request.with_walls()](
                            parallel::Parallel&) -> absl::StatusOr<v1::GetSitePriorResponse> {
     const EitherStop stop(gone, stop_.get_token());
-    const auto use = model_.site_prior().Of(question, model.view, SitePriorUse::Wanted::kAsked,
-                                            parallel::Cancellation(stop.token()));
+    const auto use =
+        model_.site_prior().Of(question, model.view, {}, parallel::Cancellation(stop.token()));
     if (absl::IsCancelled(use.status())) return context_.Dropped();
     if (!use.ok()) return use.status();
     v1::GetSitePriorResponse response;

@@ -181,8 +181,6 @@ absl::StatusOr<Tours::Inputs> Tours::Read(const v1::TourWish& wish) {
 }
 
 absl::StatusOr<std::shared_ptr<TourRun>> Tours::Create(const v1::CreateTourRequest& request) {
-  absl::StatusOr<Inputs> inputs = Read(request.wish());
-  if (!inputs.ok()) return inputs.status();
   const auto run = std::make_shared<TourRun>();
   std::shared_ptr<Evaluation> evaluation;
   {
@@ -210,6 +208,9 @@ absl::StatusOr<std::shared_ptr<TourRun>> Tours::Create(const v1::CreateTourReque
     // Who came after all were told to stop is told here.
     if (context_.closed() || context_.draining()) run->Stop();
   }
+  // Memory for it is looked for once there is a place, since others' models may have to go for it.
+  absl::StatusOr<Inputs> inputs = Read(request.wish());
+  if (!inputs.ok()) return inputs.status();
   // However it ends, who waits for it is told.
   const auto making =
       std::make_shared<Making>(context_, *std::move(inputs), std::move(evaluation), run);

@@ -939,6 +939,30 @@ TEST_F(SitePriorMemoryTest, AnImportedPriorIsUnfoldedWithinTheServersMemory) {
   EXPECT_EQ(memory_->used(), 0);
 }
 
+// Nor is a plan told to try again that never fits beside the prior that it needs.
+TEST_F(SitePriorMemoryTest, APlanThatNeverFitsBesideItIsTooLarge) {
+  Session& session = Begin(1024);
+  ASSERT_TRUE(Set(session, Of(BoxObj(12, 9, 3))).ok());
+  std::optional<SitePriorQuestion> question;
+  session.journal().Read([&](const SessionState& state) {
+    question = SitePriorOf(state, session.origin(), own_store_);
+  });
+  const auto view = std::make_shared<model::PlanningView>(session.model().config().voxel_size, 0,
+                                                          std::vector<model::BrickAt>(),
+                                                          std::vector<model::Station>());
+  using Asker = SitePriorUse::Asker;
+  const absl::Status large =
+      session.model()
+          .site_prior()
+          .Of(*question, view, Asker{SitePriorUse::Wanted::kAsked, int64_t{1020} << 20}, {})
+          .status();
+  EXPECT_EQ(contract::ReasonOf(large), "PLAN_TOO_LARGE") << large;
+  EXPECT_FALSE(SaysWhenToRetry(large));
+  const auto use = session.model().site_prior().Of(*question, view, Asker{}, {});
+  ASSERT_TRUE(use.ok()) << use.status();
+  EXPECT_EQ((*use)->standing.state, site_prior::PriorState::kPlaced) << "it is no verdict";
+}
+
 // All of what waits or is kept is counted.
 TEST_F(SitePriorMemoryTest, WhatIsKeptIsCountedWhole) {
   Session& session = Begin(2048);
