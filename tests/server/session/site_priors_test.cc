@@ -903,7 +903,7 @@ TEST_F(SitePriorMemoryTest, WhatIsPreparedAheadTakesSpareMemoryOnly) {
   session.model().site_prior().Forget();
   // What is left is enough for the plan, and not for its prior besides.
   const int64_t budget = memory_->budget();
-  const int64_t left = budget / 8 + (int64_t{60} << 20);
+  const int64_t left = budget / 8 + (int64_t{512} << 20);
   auto others = memory_->Take("", budget - memory_->used() - left);
   ASSERT_TRUE(others.has_value());
   shortages = 0;
@@ -936,7 +936,7 @@ TEST_F(SitePriorMemoryTest, AnImportedPriorIsUnfoldedWithinTheServersMemory) {
   EXPECT_EQ(contract::ReasonOf(unread), "MEMORY_SHORT") << unread;
   others->Release();
   EXPECT_TRUE(import().ok());
-  EXPECT_EQ(memory_->used(), 0);
+  EXPECT_LT(memory_->used(), 4096) << "but for an empty model";
 }
 
 // Nor is a plan told to try again that never fits beside the prior that it needs.
