@@ -1,7 +1,7 @@
 #include "client/simulated_job/cycle_picture.h"
 
 #include "absl/strings/str_format.h"
-#include "client/picture/surface_ply.h"
+#include "client/simulated_job/measured_surface.h"
 #include "client/simulated_job/plan_marks.h"
 
 namespace vantage::simulated_job {
@@ -9,12 +9,7 @@ absl::Status WriteCyclePicture(client::Client& client, const std::string& sessio
                                const Cycle& cycle,
                                const std::vector<picture::JobPicture::Station>& stations,
                                const std::string& path) {
-  v1::ExportModelRequest request;
-  request.set_name(session);
-  request.set_format(v1::EXPORT_FORMAT_SURFACE_PLY);
-  const auto bytes = client.ExportBytes(request);
-  if (!bytes.ok()) return bytes.status();
-  auto surfaces = picture::ParseSurfacePly(*bytes);
+  auto surfaces = MeasuredSurfaceOf(client, session);
   if (!surfaces.ok()) return surfaces.status();
 
   const v1::PlanResult& result = cycle.plan.result();

@@ -4,8 +4,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "client/picture/surface_ply.h"
 #include "client/picture/tour_picture.h"
+#include "client/simulated_job/measured_surface.h"
 
 namespace vantage::simulated_job {
 namespace {
@@ -39,12 +39,7 @@ std::vector<picture::TourPicture::Tour> ToursOf(const std::vector<FleetStop>& st
 absl::Status WriteFleetPicture(client::Client& client, const Site& site, const FleetResult& result,
                                const std::vector<FleetStop>& stops, int scanners,
                                const std::vector<std::string>& summary, const std::string& path) {
-  v1::ExportModelRequest request;
-  request.set_name(result.session);
-  request.set_format(v1::EXPORT_FORMAT_SURFACE_PLY);
-  const auto bytes = client.ExportBytes(request);
-  if (!bytes.ok()) return bytes.status();
-  auto surfaces = picture::ParseSurfacePly(*bytes);
+  auto surfaces = MeasuredSurfaceOf(client, result.session);
   if (!surfaces.ok()) return surfaces.status();
   v1::GetSessionRequest get;
   get.set_name(result.session);

@@ -314,8 +314,10 @@ uint64_t EstimateSpaceMemory(const PriorMesh& mesh, double scale, double voxel) 
 }
 
 uint64_t BytesOf(const model::PlanningView& space) {
-  return static_cast<uint64_t>(static_cast<double>(space.bricks().size()) * kBytesOfBrick) +
-         space.SurfaceCount() * sizeof(model::SurfaceVoxel);
+  constexpr double kOfHeap = 1.2;  // with what the heap adds to small pieces (prior_memory_test)
+  return static_cast<uint64_t>(
+      kOfHeap * (static_cast<double>(space.bricks().size()) * kBytesOfBrick +
+                 static_cast<double>(space.SurfaceCount() * sizeof(model::SurfaceVoxel))));
 }
 
 absl::Status CheckPlace(const PriorMesh& mesh, const PriorPose& pose, double voxel) {

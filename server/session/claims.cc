@@ -7,11 +7,12 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "server/contract/error.h"
-#include "server/contract/out_of_memory.h"
 #include "server/contract/resource_names.h"
 #include "server/conversion/check_request.h"
 #include "server/conversion/fleet_proto.h"
 #include "server/conversion/to_proto.h"
+#include "server/session/asked_evaluation.h"
+#include "server/session/either_stop.h"
 #include "server/session/pledged_views.h"
 
 namespace vantage::session {
@@ -54,7 +55,7 @@ Claims::Claims(SessionContext& context, ModelMemory& model)
 
 void Claims::Take(const v1::ClaimViewRequest& request,
                   std::function<void(absl::StatusOr<v1::ClaimViewResponse>)> done,
-                  const std::string& caller) {
+                  const std::string& caller, const std::stop_token& gone) {
   contract::Violations violations;
   v1::Scanner scanner;
   bool plan_known = true;
@@ -80,21 +81,25 @@ void Claims::Take(const v1::ClaimViewRequest& request,
   } else if (absl::Status room = ReserveMemory(model_, *inputs); !room.ok()) {
     return done(room);
   }
-  if (!model_.BeginEvaluation()) {
+  std::shared_ptr<Evaluation> evaluation = model_.BeginEvaluation();
+  if (evaluation == nullptr) {
     return done(contract::Retryable(absl::StatusCode::kResourceExhausted, "TOO_MANY_EVALUATIONS",
                                     "too many positions of this session are being evaluated",
                                     kRetryClaimAfter));
   }
-  context_.RunInteractive([this, in = *std::move(inputs), scanner, request, caller,
-                           done = std::move(done)](parallel::Parallel& parallel) {
-    absl::StatusOr<v1::Claim> claim = contract::UnlessOutOfMemory(
-        [&] { return TakeNow(request, caller, scanner, in, parallel); });
-    model_.EndEvaluation();
-    if (!claim.ok()) return done(claim.status());
-    v1::ClaimViewResponse response;
-    *response.mutable_claim() = *std::move(claim);
-    done(std::move(response));
-  });
+  RunAsked<v1::ClaimViewResponse>(
+      context_, std::move(evaluation), std::move(done),
+      [this, in = *std::move(inputs), scanner, request, caller,
+       gone](parallel::Parallel& parallel) -> absl::StatusOr<v1::ClaimViewResponse> {
+        const EitherStop stop(gone, stop_.get_token());
+        absl::StatusOr<v1::Claim> claim =
+            TakeNow(request, caller, scanner, in, parallel, stop.token());
+        if (absl::IsCancelled(claim.status())) return context_.Dropped();
+        if (!claim.ok()) return claim.status();
+        v1::ClaimViewResponse response;
+        *response.mutable_claim() = *std::move(claim);
+        return response;
+      });
 }
 
 absl::StatusOr<v1::Claim> Claims::Renew(const std::string& name, absl::Duration ttl,
@@ -235,7 +240,8 @@ absl::Status Claims::Fulfil(const std::string& claim, const std::string& scan) {
 absl::StatusOr<Claims::Attempt> Claims::Measure(const PlanInputs& inputs,
                                                 const Eigen::Vector3d& position,
                                                 std::optional<double> heading,
-                                                parallel::Parallel& parallel) const {
+                                                parallel::Parallel& parallel,
+                                                const parallel::Cancellation& cancelled) const {
   Attempt attempt;
   std::vector<fleet::PledgedView> claimed;
   std::vector<fleet::PledgedView> made;
@@ -246,19 +252,21 @@ absl::StatusOr<Claims::Attempt> Claims::Measure(const PlanInputs& inputs,
   });
   attempt.covered.cover.by_claim.assign(claimed.size(), 0);
   if (claimed.empty() || inputs.model.view == nullptr) return attempt;
-  absl::StatusOr<SiteOfPlan> prior = SiteOf(model_, inputs, {});
+  absl::StatusOr<SiteOfPlan> prior = SiteOf(model_, inputs, cancelled);
   if (!prior.ok()) return prior.status();
   absl::StatusOr<fleet::CoveredView> covered = dependencies_.algorithms.measure_cover(
       *inputs.model.view, inputs.scanner, inputs.config, position, claimed, parallel, heading, made,
       std::move(prior->site));
   if (!covered.ok()) return covered.status();
+  if (cancelled.Requested()) return absl::CancelledError("claim");
   attempt.covered = *std::move(covered);
   return attempt;
 }
 
 // The best remaining view for a scanner whose claim was refused.
 void Claims::AddAlternative(const v1::Scanner& scanner, PlanInputs inputs,
-                            parallel::Parallel& parallel, v1::ClaimConflict& conflict) const {
+                            parallel::Parallel& parallel, const std::stop_token& stopped,
+                            v1::ClaimConflict& conflict) const {
   if (inputs.model.view == nullptr) return;
   journal_.Read([&](const SessionState& state) {
     inputs.fleet.scanners = {
@@ -268,7 +276,7 @@ void Claims::AddAlternative(const v1::Scanner& scanner, PlanInputs inputs,
     inputs.fleet.pledged.insert(inputs.fleet.pledged.end(), made.begin(), made.end());
   });
   inputs.config.candidates = 1;
-  const absl::StatusOr<SiteOfPlan> prior = SiteOf(model_, inputs, {});
+  const absl::StatusOr<SiteOfPlan> prior = SiteOf(model_, inputs, parallel::Cancellation(stopped));
   if (!prior.ok()) {
     conflict.set_no_alternative_message(std::string(prior.status().message()));
     return;
@@ -276,6 +284,7 @@ void Claims::AddAlternative(const v1::Scanner& scanner, PlanInputs inputs,
   inputs.fleet.site = prior->site;
   parallel::Budget budget = parallel::Budget::Seconds(kAlternativeSeconds);
   budget.work_limit = kAlternativeRays;
+  budget.cancelled = stopped;
   const absl::StatusOr<fleet::JointPlan> plan =
       dependencies_.algorithms.make_joint_plan(*inputs.model.view, inputs.fleet, inputs.config,
                                                budget, parallel, [](const planning::Plan&) {});
@@ -300,7 +309,8 @@ void Claims::AddAlternative(const v1::Scanner& scanner, PlanInputs inputs,
 
 absl::StatusOr<v1::Claim> Claims::TakeNow(const v1::ClaimViewRequest& request,
                                           const std::string& caller, const v1::Scanner& scanner,
-                                          const PlanInputs& inputs, parallel::Parallel& parallel) {
+                                          const PlanInputs& inputs, parallel::Parallel& parallel,
+                                          const std::stop_token& stopped) {
   const Eigen::Vector3d position =
       conversion::ReadOwnVector(request.position()) - context_.origin();
   const absl::Duration ttl = conversion::ReadTtl(request);
@@ -319,7 +329,9 @@ absl::StatusOr<v1::Claim> Claims::TakeNow(const v1::ClaimViewRequest& request,
     bool known = false;
     journal_.Read([&](const SessionState& state) { known = state.requests.count(key.id) > 0; });
     absl::StatusOr<Attempt> attempt = Attempt();
-    if (!known) attempt = Measure(inputs, position, heading, parallel);
+    if (!known) {
+      attempt = Measure(inputs, position, heading, parallel, parallel::Cancellation(stopped));
+    }
     if (!attempt.ok()) return attempt.status();
     bool again = false;
     v1::ClaimConflict refused;
@@ -377,7 +389,7 @@ absl::StatusOr<v1::Claim> Claims::TakeNow(const v1::ClaimViewRequest& request,
     if (again) continue;
     if (!refused.claim().empty()) {
       std::string message = absl::StrCat(refused.scanner(), " has it: ", name.status().message());
-      AddAlternative(scanner, inputs, parallel, refused);
+      AddAlternative(scanner, inputs, parallel, stopped, refused);
       if (refused.has_alternative()) {
         const v1::Vector3& at = refused.alternative().position();
         absl::StrAppendFormat(&message, "; the best view that is left: %.3f,%.3f,%.3f", at.x(),

@@ -5,6 +5,8 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <optional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -36,10 +38,12 @@ class Claims {
   // Runs on the planning pool; `done` is called exactly once, there or (on refusal) here. Takes
   // the request as it came: the log stores its position, and whether there are the scanner and the
   // plan that it names is known here. The claim is `caller`'s, who is empty where callers are not
-  // told apart.
+  // told apart. Nothing is taken for who has gone before it was measured.
   void Take(const v1::ClaimViewRequest& request,
             std::function<void(absl::StatusOr<v1::ClaimViewResponse>)> done,
-            const std::string& caller = "");
+            const std::string& caller = "", const std::stop_token& gone = {});
+  // Ends what is being measured: it is not taken.
+  void Stop() { stop_.request_stop(); }
   // From now on it holds for `ttl`. NOT_FOUND; FAILED_PRECONDITION (CLAIM_ENDED); PERMISSION_DENIED
   // (CLAIM_OF_ANOTHER): another caller took it, and `asker` is no administrator; so below.
   absl::StatusOr<v1::Claim> Renew(const std::string& name, absl::Duration ttl,
@@ -68,13 +72,13 @@ class Claims {
     fleet::CoveredView covered;
   };
   absl::StatusOr<Attempt> Measure(const PlanInputs& inputs, const Eigen::Vector3d& position,
-                                  std::optional<double> heading,
-                                  parallel::Parallel& parallel) const;
+                                  std::optional<double> heading, parallel::Parallel& parallel,
+                                  const parallel::Cancellation& cancelled) const;
   void AddAlternative(const v1::Scanner& scanner, PlanInputs inputs, parallel::Parallel& parallel,
-                      v1::ClaimConflict& conflict) const;
+                      const std::stop_token& stopped, v1::ClaimConflict& conflict) const;
   absl::StatusOr<v1::Claim> TakeNow(const v1::ClaimViewRequest& request, const std::string& caller,
                                     const v1::Scanner& scanner, const PlanInputs& inputs,
-                                    parallel::Parallel& parallel);
+                                    parallel::Parallel& parallel, const std::stop_token& stopped);
   // `asker`: null where the server itself ends it.
   absl::Status End(const std::string& name, fleet::ClaimEnd how, const std::string& scan,
                    const RequestKey& key, const Asker* asker = nullptr);
@@ -84,6 +88,7 @@ class Claims {
   Journal& journal_;
   const SessionDependencies& dependencies_;
   ModelMemory& model_;
+  std::stop_source stop_;
 };
 
 }  // namespace vantage::session

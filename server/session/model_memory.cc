@@ -42,13 +42,6 @@ double SecondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-absl::Status Short(int64_t bytes) {
-  return contract::Retryable(absl::StatusCode::kResourceExhausted, "MEMORY_SHORT",
-                             absl::StrCat("this needs some ", bytes >> 20,
-                                          " MiB, and the server's memory is taken; try again"),
-                             kShortRetry);
-}
-
 absl::Status Draining() {
   return contract::Retryable(absl::StatusCode::kUnavailable, "DRAINING",
                              "the server shuts down before the model is loaded; try again",
@@ -86,10 +79,11 @@ ModelMemory::ModelMemory(SessionContext& context, StoredSnapshots& snapshots,
       config_(empty->config()),
       reconcile_(std::move(reconcile)),
       adjust_poses_(std::move(adjust_poses)),
+      memory_(context.dependencies().memory, context.tenant()),
       loaded_(begin == Begin::kNew),
       model_(std::move(empty)),
       work_(context),
-      site_prior_([this](int64_t bytes) { return Reserve(bytes); }) {
+      site_prior_(memory_, [this] { return Estimate(); }) {
   Touch();
 }
 
@@ -150,48 +144,24 @@ int64_t ModelMemory::DecodedBytes(const sensor::Scan& scan) {
   return static_cast<int64_t>(scan.image.cells() * sizeof(float));
 }
 
-absl::StatusOr<MemoryAccount::Reservation> ModelMemory::Reserve(int64_t bytes) const {
-  MemoryAccount* const memory = context_.dependencies().memory;
-  if (memory == nullptr) return MemoryAccount::Reservation();
-  std::optional<MemoryAccount::Reservation> reservation = memory->Take(context_.tenant(), bytes);
-  if (reservation.has_value()) return *std::move(reservation);
-  return Short(bytes);
-}
-
-std::optional<MemoryAccount::Reservation> ModelMemory::ReserveSpare(int64_t bytes) const {
-  MemoryAccount* const memory = context_.dependencies().memory;
-  if (memory == nullptr) return MemoryAccount::Reservation();
-  return memory->TakeSpare(context_.tenant(), bytes);
-}
-
 absl::Status ModelMemory::Enlarge(MemoryAccount::Reservation& reservation, int64_t bytes) const {
-  if (!Limited()) return absl::OkStatus();
-  const MemoryAccount& memory = *context_.dependencies().memory;
-  const int64_t most = memory.Most(context_.tenant());
-  if (bytes > most) {
+  const std::optional<int64_t> most = memory_.Most();
+  if (!most.has_value()) return absl::OkStatus();
+  if (bytes > *most) {
     return contract::ErrorWithReason(
         absl::StatusCode::kResourceExhausted, "SCAN_TOO_LARGE",
         absl::StrCat(
-            "merging this scan takes some ", bytes >> 20, " MiB, and the server has ", most >> 20,
+            "merging this scan takes some ", bytes >> 20, " MiB, and the server has ", *most >> 20,
             " MiB for all models and plans: use a larger voxel_size, or a smaller max_range_m "
             "or max_half_extent, in a new session, or have its operator give it more "
             "(--memory-mib)"));
   }
   if (reservation.Grow(bytes)) return absl::OkStatus();
-  return Short(bytes);
+  return MemoryShort(bytes);
 }
 
-bool ModelMemory::Limited() const {
-  const MemoryAccount* const memory = context_.dependencies().memory;
-  return memory != nullptr && memory->budget() > 0;
-}
-
-bool ModelMemory::BeginEvaluation() {
-  if (evaluations_.fetch_add(1) < static_cast<int>(context_.dependencies().limits.evaluations)) {
-    return true;
-  }
-  --evaluations_;
-  return false;
+std::shared_ptr<Evaluation> ModelMemory::BeginEvaluation() {
+  return evaluations_.Begin(context_.dependencies().limits.evaluations);
 }
 
 bool ModelMemory::BeginExport() {

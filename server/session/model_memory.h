@@ -21,12 +21,14 @@
 #include "core/model/view/algorithm_version.h"
 #include "core/model/view/planning_view.h"
 #include "server/session/begun_work.h"
+#include "server/session/evaluations.h"
 #include "server/session/link_surfaces.h"
 #include "server/session/memory_account.h"
 #include "server/session/prepared_problem.h"
 #include "server/session/session_context.h"
 #include "server/session/site_prior_use.h"
 #include "server/session/stored_snapshots.h"
+#include "server/session/tenant_memory.h"
 #include "vantage/v1/scan.pb.h"
 
 namespace vantage::session {
@@ -73,16 +75,15 @@ class ModelMemory {
   static int64_t EstimateAlignment(const v1::Scan& scan);
   // Of the decoded scan, while it is merged.
   static int64_t DecodedBytes(const sensor::Scan& scan);
+  // The server's memory, as the session's tenant has it.
+  const TenantMemory& memory() const { return memory_; }
   // RESOURCE_EXHAUSTED (MEMORY_SHORT).
-  absl::StatusOr<MemoryAccount::Reservation> Reserve(int64_t bytes) const;
-  // Of memory that nobody is likely to miss, for what nobody asked for yet; nothing where there is
-  // too little.
-  std::optional<MemoryAccount::Reservation> ReserveSpare(int64_t bytes) const;
+  absl::StatusOr<MemoryAccount::Reservation> Reserve(int64_t bytes) const {
+    return memory_.Reserve(bytes);
+  }
   // Makes a reservation that large. RESOURCE_EXHAUSTED: MEMORY_SHORT, as above; SCAN_TOO_LARGE:
   // that is more than the server has for all models and plans.
   absl::Status Enlarge(MemoryAccount::Reservation& reservation, int64_t bytes) const;
-  // Whether anything limits what may be reserved.
-  bool Limited() const;
   const model::ModelConfig& config() const { return config_; }
   // Of the model as it is; goes with it.
   PreparedProblem& prepared() { return prepared_; }
@@ -93,13 +94,14 @@ class ModelMemory {
   // Loading that is under way is not counted as one that brought the server to its end.
   void GiveUp() { work_.EndAll(); }
 
-  // Begins an evaluation of a position or an export, which keep the model in memory. False when the
-  // session has reached its limit of them; otherwise the caller must end it.
-  bool BeginEvaluation();
-  void EndEvaluation() { --evaluations_; }
+  // Begins an evaluation, which keeps the model in memory. Null when the session has reached its
+  // limit of them.
+  std::shared_ptr<Evaluation> BeginEvaluation();
+  // The same of an export. False when the session has reached its limit of them; otherwise the
+  // caller must end it.
   bool BeginExport();
   void EndExport() { --exports_; }
-  bool InUse() const { return evaluations_ > 0 || exports_ > 0; }
+  bool InUse() const { return evaluations_.any() || exports_ > 0; }
 
   // Releases the snapshots of log entries before `sequence`, so that what was taken out of the
   // model by then is in none; false: some are still there, and to be asked for again. Where none is
@@ -164,7 +166,8 @@ class ModelMemory {
   const model::ModelConfig config_;
   const Reconcile reconcile_;
   const AdjustPoses adjust_poses_;
-  std::atomic<int> evaluations_{0};
+  const TenantMemory memory_;
+  Evaluations evaluations_;
   std::atomic<int> exports_{0};
   std::atomic<bool> loaded_;  // changes on the strand only
   std::atomic<bool> loading_{false};

@@ -47,7 +47,7 @@ int64_t MemoryOf(const ModelMemory& model, PlanInputs& inputs) {
 }
 
 // `inputs.memory`, and what the prior takes beyond what was counted. RESOURCE_EXHAUSTED
-// (MEMORY_SHORT).
+// (MEMORY_SHORT, PLAN_TOO_LARGE).
 absl::StatusOr<std::shared_ptr<MemoryAccount::Reservation>> WithPrior(
     const ModelMemory& model, const PlanInputs& inputs, const SitePriorUse::Use& use) {
   const int64_t more = MemoryOfPrior(use, inputs) - inputs.memory_of_prior;
@@ -56,8 +56,25 @@ absl::StatusOr<std::shared_ptr<MemoryAccount::Reservation>> WithPrior(
     std::shared_ptr<MemoryAccount::Reservation> plan;
     MemoryAccount::Reservation prior;
   };
-  absl::StatusOr<MemoryAccount::Reservation> reserved = model.Reserve(more);
-  if (!reserved.ok()) return reserved.status();
+  const std::optional<int64_t> most = model.memory().Most();
+  const int64_t all = more + inputs.memory->bytes() + model.Estimate();
+  if (most.has_value() && all > *most) {
+    return contract::ErrorWithReason(
+        absl::StatusCode::kResourceExhausted, "PLAN_TOO_LARGE",
+        absl::StrCat("with the prior of the site the plan takes some ", all >> 20,
+                     " MiB, and the server has ", *most >> 20,
+                     " MiB for all models and plans: use larger viewcells, or a prior of the part "
+                     "that is to be scanned, or have its operator give it more (--memory-mib)"));
+  }
+  std::optional<MemoryAccount::Reservation> reserved;
+  if (inputs.wanted == SitePriorUse::Wanted::kAhead) {
+    reserved = model.memory().ReserveSpare(more);
+    if (!reserved.has_value()) return MemoryShort(more);
+  } else {
+    absl::StatusOr<MemoryAccount::Reservation> asked = model.Reserve(more);
+    if (!asked.ok()) return asked.status();
+    reserved = *std::move(asked);
+  }
   const auto both = std::make_shared<Both>(Both{inputs.memory, *std::move(reserved)});
   return std::shared_ptr<MemoryAccount::Reservation>(both, both->plan.get());
 }
@@ -358,7 +375,9 @@ ProblemQuestion QuestionOf(const PlanInputs& inputs) {
 absl::StatusOr<SiteOfPlan> SiteOf(ModelMemory& model, const PlanInputs& inputs,
                                   const parallel::Cancellation& cancelled) {
   if (!inputs.prior.has_value()) return SiteOfPlan{nullptr, inputs.memory};
-  const auto use = model.site_prior().Of(*inputs.prior, inputs.model.view, cancelled);
+  const int64_t held = inputs.memory == nullptr ? 0 : inputs.memory->bytes();
+  const auto use =
+      model.site_prior().Of(*inputs.prior, inputs.model.view, {inputs.wanted, held}, cancelled);
   if (!use.ok()) return use.status();
   auto with = WithPrior(model, inputs, **use);
   if (!with.ok()) return with.status();
@@ -387,8 +406,9 @@ absl::Status ReserveMemory(const ModelMemory& model, PlanInputs& inputs) {
 
 bool ReserveSpareMemory(const ModelMemory& model, PlanInputs& inputs) {
   std::optional<MemoryAccount::Reservation> reservation =
-      model.ReserveSpare(MemoryOf(model, inputs));
+      model.memory().ReserveSpare(MemoryOf(model, inputs));
   if (!reservation.has_value()) return false;
+  inputs.wanted = SitePriorUse::Wanted::kAhead;
   inputs.memory = std::make_shared<MemoryAccount::Reservation>(*std::move(reservation));
   return true;
 }

@@ -47,6 +47,7 @@ struct PlanInputs {
   std::vector<Eigen::Vector3d> tour_stations;          // of a tour that is followed, m, model frame
   std::shared_ptr<MemoryAccount::Reservation> memory;  // given back with the last copy
   int64_t memory_of_prior = 0;  // bytes of that for what the site's prior adds
+  SitePriorUse::Wanted wanted = SitePriorUse::Wanted::kAsked;
 };
 
 // With the newest model and the session's configuration, `overrides` over it. Empty id: the
@@ -85,8 +86,8 @@ ProblemQuestion QuestionOf(const PlanInputs& inputs);
 
 // What the session's prior shows of the site, and the memory of a plan with it. The site is null
 // where there is no prior, or it is not used, of which GetSitePrior tells. Errors as of
-// SitePriorUse::Of(), and RESOURCE_EXHAUSTED (MEMORY_SHORT): what passes is the plan's error, since
-// without the prior it would be another plan.
+// SitePriorUse::Of(), and RESOURCE_EXHAUSTED: MEMORY_SHORT, since without the prior it would be
+// another plan; PLAN_TOO_LARGE: with the prior it takes more than the server ever has for it.
 struct SiteOfPlan {
   std::shared_ptr<const planning::ExpectedSite> site;
   std::shared_ptr<MemoryAccount::Reservation> memory;
@@ -100,7 +101,8 @@ PlanningTask TaskOf(ModelMemory& model, const PlanInputs& inputs);
 
 // Reserves the memory that the plan will need. RESOURCE_EXHAUSTED (MEMORY_SHORT).
 absl::Status ReserveMemory(const ModelMemory& model, PlanInputs& inputs);
-// The same of memory that nobody else is likely to miss; false when there is too little.
+// The same of memory that nobody else is likely to miss, of which then all that the plan uses is;
+// false when there is too little.
 bool ReserveSpareMemory(const ModelMemory& model, PlanInputs& inputs);
 
 }  // namespace vantage::session

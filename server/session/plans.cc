@@ -14,6 +14,7 @@
 #include "server/conversion/fleet_proto.h"
 #include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
+#include "server/session/asked_evaluation.h"
 #include "server/session/list_filter.h"
 #include "server/store/upgrade.h"
 
@@ -228,7 +229,8 @@ std::shared_ptr<PlanRun> Plans::FindRun(const std::string& name) const {
 }
 
 void Plans::EvaluateView(const v1::EvaluateViewRequest& request,
-                         std::function<void(absl::StatusOr<v1::EvaluateViewResponse>)> done) {
+                         std::function<void(absl::StatusOr<v1::EvaluateViewResponse>)> done,
+                         const std::stop_token& gone) {
   const Eigen::Vector3d world = conversion::ReadOwnVector(request.position());
   std::optional<double> heading;
   if (request.has_heading_rad()) heading = request.heading_rad();
@@ -243,29 +245,40 @@ void Plans::EvaluateView(const v1::EvaluateViewRequest& request,
     if (!heading.has_value()) heading = turned;
   }
   if (absl::Status room = ReserveMemory(model_, *inputs); !room.ok()) return done(room);
-  if (!model_.BeginEvaluation()) {
+  std::shared_ptr<Evaluation> held = model_.BeginEvaluation();
+  if (held == nullptr) {
     return done(contract::Retryable(absl::StatusCode::kResourceExhausted, "TOO_MANY_EVALUATIONS",
                                     "too many positions of this session are being evaluated",
                                     kRetryPlanAfter));
   }
   // Copied twice: whoever waits for a problem keeps what it needs, and a job may be copied.
-  const auto evaluate = [this, in = *inputs, world, heading,
-                         done = std::move(done)](parallel::Parallel& parallel) {
+  const auto evaluate =
+      [this, in = *inputs, world, heading,
+       gone](parallel::Parallel& parallel) -> absl::StatusOr<v1::EvaluateViewResponse> {
     const absl::Time started = absl::Now();
-    absl::StatusOr<planning::ViewEvaluation> evaluation = contract::UnlessOutOfMemory([&] {
-      return dependencies_.algorithms.evaluate_view(TaskOf(model_, in), world - context_.origin(),
-                                                    parallel, heading);
-    });
-    model_.EndEvaluation();
-    if (!evaluation.ok()) return done(evaluation.status());
+    PlanningTask task = TaskOf(model_, in);
+    // The evaluation itself is short; what it waits for need not be.
+    task.prepare = [prepare = std::move(task.prepare), &gone](parallel::Parallel& loops,
+                                                              const parallel::Cancellation&) {
+      return prepare(loops, parallel::Cancellation(gone));
+    };
+    const absl::StatusOr<planning::ViewEvaluation> evaluation =
+        dependencies_.algorithms.evaluate_view(task, world - context_.origin(), parallel, heading);
+    if (!evaluation.ok()) return evaluation.status();
     v1::EvaluateViewResponse response = conversion::WriteEvaluation(*evaluation, context_.origin());
     conversion::NameLastStation(in.last_scan, *response.mutable_view());
     response.set_model_version(in.model.version);
     *response.mutable_duration() =
         conversion::WriteDuration(absl::ToDoubleSeconds(absl::Now() - started));
-    done(std::move(response));
+    return response;
   };
-  preparation_.WhenPrepared(*inputs, [this, evaluate] { context_.RunInteractive(evaluate); });
+  const auto asked = std::make_shared<AskedEvaluation<v1::EvaluateViewResponse>>(
+      context_, std::move(held), std::move(done));
+  preparation_.WhenPrepared(*inputs, [this, asked, evaluate] {
+    context_.RunInteractive([asked, evaluate](parallel::Parallel& parallel) {
+      asked->Answer([&] { return evaluate(parallel); });
+    });
+  });
 }
 
 void Plans::EndInterrupted() {

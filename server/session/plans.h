@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -46,9 +47,11 @@ class Plans {
   absl::Status Delete(const std::string& name, const RequestKey& key);
   // Null when it is not running.
   std::shared_ptr<PlanRun> FindRun(const std::string& name) const;
-  // Runs on the planning pool; `done` is called exactly once, there or (on refusal) here.
+  // Runs on the planning pool; `done` is called exactly once, there or (on refusal) here. For who
+  // has gone nothing is prepared.
   void EvaluateView(const v1::EvaluateViewRequest& request,
-                    std::function<void(absl::StatusOr<v1::EvaluateViewResponse>)> done);
+                    std::function<void(absl::StatusOr<v1::EvaluateViewResponse>)> done,
+                    const std::stop_token& gone = {});
 
   // After a restart: ends the plans that were running when the server stopped.
   void EndInterrupted();

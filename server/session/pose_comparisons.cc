@@ -7,10 +7,10 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "server/contract/error.h"
-#include "server/contract/out_of_memory.h"
 #include "server/conversion/from_proto.h"
 #include "server/conversion/pose_comparison_proto.h"
 #include "server/conversion/to_proto.h"
+#include "server/session/asked_evaluation.h"
 #include "server/session/stored_scans.h"
 
 namespace vantage::session {
@@ -90,7 +90,8 @@ void PoseComparisons::Compare(
   absl::StatusOr<MemoryAccount::Reservation> room =
       model_.Reserve(ModelMemory::EstimateAlignment(compared->scan));
   if (!room.ok()) return done(room.status());
-  if (!model_.BeginEvaluation()) {
+  std::shared_ptr<Evaluation> evaluation = model_.BeginEvaluation();
+  if (evaluation == nullptr) {
     return done(contract::Retryable(absl::StatusCode::kResourceExhausted, "TOO_MANY_EVALUATIONS",
                                     "too many scans and positions of this session are being "
                                     "evaluated",
@@ -105,23 +106,19 @@ void PoseComparisons::Compare(
   }
   // A job may be copied, which a reservation may not.
   const auto held = std::make_shared<MemoryAccount::Reservation>(*std::move(room));
-  context_.RunInteractive([this, held, size, in = *std::move(compared),
-                           done = std::move(done)](parallel::Parallel& parallel) {
+  const auto compare =
+      [this, held, size, in = *std::move(compared)](
+          parallel::Parallel& parallel) -> absl::StatusOr<v1::CompareScanPosesResponse> {
     const absl::Time started = absl::Now();
     std::vector<Eigen::Isometry3d> poses;
     poses.reserve(in.poses.size());
     for (const conversion::PoseOfScan& pose : in.poses) poses.push_back(pose.T_model_scan);
-    const auto compare = [&]() -> absl::StatusOr<registration::PoseComparison> {
-      const absl::StatusOr<sensor::Scan> data = LoadScan(context_, in.scan);
-      if (!data.ok()) return data.status();
-      return dependencies_.algorithms.compare_poses(*in.model.view, *data, poses, in.config, size,
-                                                    parallel);
-    };
+    const absl::StatusOr<sensor::Scan> data = LoadScan(context_, in.scan);
+    if (!data.ok()) return data.status();
     const absl::StatusOr<registration::PoseComparison> comparison =
-        contract::UnlessOutOfMemory(compare);
-    model_.EndEvaluation();
-    held->Release();
-    if (!comparison.ok()) return done(comparison.status());
+        dependencies_.algorithms.compare_poses(*in.model.view, *data, poses, in.config, size,
+                                               parallel);
+    if (!comparison.ok()) return comparison.status();
     v1::CompareScanPosesResponse response;
     v1::PoseComparison& to = *response.mutable_comparison();
     to = conversion::WritePoseComparison(*comparison, in.poses, context_.origin());
@@ -129,8 +126,9 @@ void PoseComparisons::Compare(
     to.set_in_model(in.in_model);
     *to.mutable_duration() =
         conversion::WriteDuration(absl::ToDoubleSeconds(absl::Now() - started));
-    done(std::move(response));
-  });
+    return response;
+  };
+  RunAsked<v1::CompareScanPosesResponse>(context_, std::move(evaluation), std::move(done), compare);
 }
 
 }  // namespace vantage::session

@@ -49,10 +49,14 @@ void Preparation::Begin() {
   // Whoever ends the session or the server may have asked for that just before.
   if (context_.closed() || context_.draining()) own->stop.request_stop();
   // It takes no plan's turn.
-  context_.Submit(execution::JobPriority::kModel,
-                  [this, own, in = *std::move(inputs)](parallel::Parallel& parallel) {
-                    Run(own, in, parallel);
-                  });
+  const absl::Status begun = contract::UnlessOutOfMemory([&] {
+    context_.Submit(execution::JobPriority::kModel,
+                    [this, own, in = *std::move(inputs)](parallel::Parallel& parallel) {
+                      Run(own, in, parallel);
+                    });
+    return absl::OkStatus();
+  });
+  if (!begun.ok()) End(*own);
 }
 
 void Preparation::Run(const std::shared_ptr<UnderWay>& own, const PlanInputs& inputs,
@@ -66,11 +70,15 @@ void Preparation::Run(const std::shared_ptr<UnderWay>& own, const PlanInputs& in
     telemetry::ObserveStage(context_.dependencies().metrics, "prepare a plan ahead",
                             absl::ToDoubleSeconds(absl::Now() - began));
   }
+  End(*own);
+}
+
+void Preparation::End(UnderWay& own) {
   std::vector<std::function<void()>> waiting;
   bool again = false;
   {
     std::lock_guard<std::mutex> lock(mutex_);
-    waiting.swap(own->waiting);
+    waiting.swap(own.waiting);
     under_way_ = nullptr;
     again = std::exchange(again_, false);
   }

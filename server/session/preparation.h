@@ -52,6 +52,8 @@ class Preparation {
   std::optional<PlanInputs> ReadInputs();
   void Run(const std::shared_ptr<UnderWay>& own, const PlanInputs& inputs,
            parallel::Parallel& parallel);
+  // Nothing is under way any more; whoever waited goes on.
+  void End(UnderWay& own);
 
   SessionContext& context_;
   ModelMemory& model_;

@@ -315,8 +315,9 @@ void ScanReconciler::Merge(const v1::Scan& scan, const sensor::Scan& data,
   const Eigen::Isometry3d T_model_scan = conversion::ReadOwnPose(scan.pose(), context_.origin());
   absl::StatusOr<model::MergeReport> report = absl::ResourceExhaustedError("");
   while (true) {
-    const int64_t limit = model_.Limited() ? reservation.bytes() - ModelMemory::DecodedBytes(data)
-                                           : model::CarveRoom::kUnlimited;
+    const int64_t limit = model_.memory().Limited()
+                              ? reservation.bytes() - ModelMemory::DecodedBytes(data)
+                              : model::CarveRoom::kUnlimited;
     report = model_.Insert(scan, data, T_model_scan, parallel, limit);
     if (!absl::IsResourceExhausted(report.status())) break;
     // It takes more than was estimated: once more, with twice the room.

@@ -7,10 +7,10 @@
 #include "absl/strings/match.h"
 #include "google/protobuf/util/field_mask_util.h"
 #include "server/contract/error.h"
-#include "server/contract/out_of_memory.h"
 #include "server/contract/resource_names.h"
 #include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
+#include "server/session/asked_evaluation.h"
 #include "server/session/coverage.h"
 #include "server/session/stored_scans.h"
 
@@ -219,24 +219,21 @@ absl::StatusOr<v1::GetCoverageResponse> Session::MeasureCoverage() {
 
 void Session::DescribePoseGraph(
     std::function<void(absl::StatusOr<v1::GetPoseGraphResponse>)> done) {
-  if (!model_.BeginEvaluation()) {
+  std::shared_ptr<Evaluation> evaluation = model_.BeginEvaluation();
+  if (evaluation == nullptr) {
     return done(contract::Retryable(absl::StatusCode::kResourceExhausted, "TOO_MANY_EVALUATIONS",
                                     "as much of this session is being evaluated as may be",
                                     absl::Seconds(1)));
   }
-  RunInteractive([this, done = std::move(done)](parallel::Parallel&) {
-    absl::StatusOr<v1::PoseGraph> graph = absl::InternalError("");
-    const absl::Status room = contract::UnlessOutOfMemory([&] {
-      graph = adjuster_.Describe();
-      return absl::OkStatus();
-    });
-    model_.EndEvaluation();
-    if (!room.ok()) return done(room);
-    if (!graph.ok()) return done(graph.status());
-    v1::GetPoseGraphResponse response;
-    *response.mutable_graph() = *std::move(graph);
-    done(std::move(response));
-  });
+  RunAsked<v1::GetPoseGraphResponse>(
+      *this, std::move(evaluation), std::move(done),
+      [this](parallel::Parallel&) -> absl::StatusOr<v1::GetPoseGraphResponse> {
+        absl::StatusOr<v1::PoseGraph> graph = adjuster_.Describe();
+        if (!graph.ok()) return graph.status();
+        v1::GetPoseGraphResponse response;
+        *response.mutable_graph() = *std::move(graph);
+        return response;
+      });
 }
 
 void Session::PostEvict() {
@@ -274,6 +271,7 @@ void Session::Close() {
   CloseLog();
   plans_.Stop(PlanRun::StopReason::kSessionDeleted);
   tours_.Stop();
+  claims_.Stop();
   site_priors_.Stop();
   strand().Close();
   std::vector<std::string> blobs = plans_.TakeBlobs();

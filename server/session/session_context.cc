@@ -1,11 +1,17 @@
 #include "server/session/session_context.h"
 
+#include <exception>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
+#include "server/contract/error.h"
+#include "server/contract/out_of_memory.h"
 #include "server/contract/resource_names.h"
 
 namespace vantage::session {
 namespace {
+
+constexpr absl::Duration kRetryDroppedAfter = absl::Seconds(2);
 
 std::string TenantOf(const Journal& journal) {
   std::string tenant;
@@ -78,6 +84,14 @@ void SessionContext::CompactLogWhenDue() {
   });
 }
 
+absl::Status SessionContext::Dropped() const {
+  if (std::uncaught_exceptions() > 0) return contract::OutOfMemory();
+  if (closed()) return absl::AbortedError(absl::StrCat(name_, " was deleted"));
+  return contract::Retryable(absl::StatusCode::kUnavailable, "DRAINING",
+                             "the server shuts down; ask again after its next start",
+                             kRetryDroppedAfter);
+}
+
 bool SessionContext::TryPost(execution::Strand::Operation operation) {
   return strand_->TryPost([keep = shared_from_this(), operation = std::move(operation)](
                               parallel::Parallel& parallel) { operation(parallel); });
@@ -85,12 +99,14 @@ bool SessionContext::TryPost(execution::Strand::Operation operation) {
 
 uint64_t SessionContext::Submit(execution::JobPriority priority, execution::PlanningPool::Job job,
                                 double seconds) {
-  return dependencies_.pool.Submit(
-      share_, priority,
-      [keep = shared_from_this(), job = std::move(job)](parallel::Parallel& parallel) {
-        job(parallel);
-      },
-      seconds);
+  // What the job holds may need the session until it goes, also where the job is dropped.
+  struct Kept {
+    std::shared_ptr<SessionContext> session;
+    execution::PlanningPool::Job job;
+    void operator()(parallel::Parallel& parallel) const { job(parallel); }
+  };
+  return dependencies_.pool.Submit(share_, priority, Kept{shared_from_this(), std::move(job)},
+                                   seconds);
 }
 
 void SessionContext::After(std::chrono::nanoseconds delay, std::function<void()> call) {
@@ -102,6 +118,14 @@ void SessionContext::After(std::chrono::nanoseconds delay, std::function<void()>
 absl::StatusOr<std::string> SessionContext::PutOwnBlob(absl::string_view bytes) {
   absl::StatusOr<std::string> blob = dependencies_.store.PutBlob(bytes);
   if (blob.ok()) account_->Add(static_cast<int64_t>(bytes.size()));
+  return blob;
+}
+
+absl::StatusOr<std::string> SessionContext::PutGivenBlob(absl::string_view bytes) {
+  const auto size = static_cast<int64_t>(bytes.size());
+  if (absl::Status room = account_->Reserve(size); !room.ok()) return room;
+  absl::StatusOr<std::string> blob = dependencies_.store.PutBlob(bytes);
+  if (!blob.ok()) account_->GiveBack(size);
   return blob;
 }
 

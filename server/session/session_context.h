@@ -12,16 +12,17 @@
 //   Journal, compacting
 //   Journal, writing
 //   Journal, its state
-//   Uploads | Plans | Preparation | ModelMemory | ScanReconciler | StoredSnapshots | Upload,
-//   syncing Upload | PlanRun AccountShare BegunWork | LostScans | Journal, watchers |
+//   Uploads | Plans | Tours | Preparation | ModelMemory | SitePriorUse | PreparedProblem |
+//   ScanReconciler | StoredSnapshots | Upload, syncing
+//   Upload | PlanRun TourRun AccountShare BegunWork | LostScans | Journal, watchers |
 //   MemoryAccount, and those of what sessions live on:
 //     store, pool, strand, timer, tenant's account, FileReadings
 //
 // FileReadings::Forget() waits for a reader that takes any of these below "SessionRegistry,
 // creating or deleting": nobody who holds one may call it.
 //
-// Scans, Claims, Scanners and Rejections have no lock, since their state is in the journal. Members
-// of ModelMemory that are used on the strand only need none.
+// Scans, Claims, Scanners, Rejections and SitePriors have no lock, since their state is in the
+// journal. Members of ModelMemory that are used on the strand only need none.
 #ifndef VANTAGE_SERVER_SESSION_SESSION_CONTEXT_H_
 #define VANTAGE_SERVER_SESSION_SESSION_CONTEXT_H_
 
@@ -109,6 +110,9 @@ class SessionContext : public std::enable_shared_from_this<SessionContext> {
   // The time of the shutdown is over: nothing is begun any more.
   bool halted() const { return halted_; }
   void Halt() { halted_ = true; }
+  // Why work that somebody waits for is not done: ABORTED: the session was deleted. UNAVAILABLE
+  // (DRAINING). RESOURCE_EXHAUSTED (MEMORY_SHORT), while an exception is under way.
+  absl::Status Dropped() const;
 
   // Queues an operation on the strand, where all changes of the model run in order. False, without
   // effect, when the queue is full or the session is closed.
@@ -127,6 +131,8 @@ class SessionContext : public std::enable_shared_from_this<SessionContext> {
 
   // Blobs that the session made itself: snapshots, plans' details. They count for its account.
   absl::StatusOr<std::string> PutOwnBlob(absl::string_view bytes);
+  // The same of what somebody gave it. RESOURCE_EXHAUSTED (QUOTA_EXCEEDED).
+  absl::StatusOr<std::string> PutGivenBlob(absl::string_view bytes);
   void ReleaseOwnBlob(const std::string& sha256);
 
  protected:

@@ -38,7 +38,8 @@ SessionImport::SessionImport(Asked asked, std::string spools,
     : asked_(std::move(asked)),
       spools_(std::move(spools)),
       account_(std::move(account)),
-      dependencies_(dependencies) {}
+      dependencies_(dependencies),
+      memory_(dependencies.memory, asked_.tenant) {}
 
 SessionImport::~SessionImport() {
   scan_.reset();
@@ -133,6 +134,11 @@ absl::Status SessionImport::BeginBlob(const storage::v1::ArchiveBlob& blob) {
         return ArchiveDamaged("a prior of the site that is larger than one may be");
       }
       if (absl::Status room = account_.Reserve(blob.size_bytes()); !room.ok()) return room;
+      if (auto taken = TakeForPrior(blob.size_bytes()); taken.ok()) {
+        prior_memory_ = *std::move(taken);
+      } else {
+        return taken.status();
+      }
       plan_.clear();
       break;
     case storage::v1::ARCHIVE_BLOB_KIND_PLAN:
@@ -190,15 +196,34 @@ absl::Status SessionImport::EndScan() {
   return absl::OkStatus();
 }
 
+absl::StatusOr<MemoryAccount::Reservation> SessionImport::TakeForPrior(int64_t bytes) const {
+  const int64_t all = bytes + prior_memory_.bytes();
+  if (const auto most = memory_.Most(); most.has_value() && all > *most) {
+    return contract::ErrorWithReason(
+        absl::StatusCode::kResourceExhausted, "FILE_TOO_LARGE",
+        absl::StrCat("the archive's prior of the site takes some ", all >> 20,
+                     " MiB to read, and the server has ", *most >> 20,
+                     " MiB for all models and plans: take the prior out before the export, or have "
+                     "the server's operator give it more (--memory-mib)"));
+  }
+  return memory_.Reserve(bytes);
+}
+
 absl::Status SessionImport::EndSitePrior() {
   if (bytes::Sha256::Of(plan_) != blob_->sha256()) {
     return ArchiveDamaged("a prior of the site whose SHA-256 is not the one that it states");
   }
-  if (const auto read = ReadPriorBlob(plan_); !read.ok()) {
-    return ArchiveDamaged(read.status().message());
+  {
+    const auto unfolding = TakeForPrior(UnfoldingBytes(plan_));
+    if (!unfolding.ok()) return unfolding.status();
+    if (const auto read = ReadPriorBlob(plan_); !read.ok()) {
+      return ArchiveDamaged(read.status().message());
+    }
   }
   const absl::StatusOr<std::string> kept = dependencies_.store.PutBlob(plan_);
   if (!kept.ok()) return kept.status();
+  plan_ = std::string();
+  prior_memory_.Release();
   stored_.emplace(blob_->sha256(), *kept);
   blob_.reset();
   return absl::OkStatus();

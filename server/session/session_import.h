@@ -19,6 +19,7 @@
 #include "server/session/session_context.h"
 #include "server/session/session_state.h"
 #include "server/session/tenant_account.h"
+#include "server/session/tenant_memory.h"
 #include "server/session/upload.h"
 #include "vantage/storage/v1/archive.pb.h"
 
@@ -42,7 +43,8 @@ class SessionImport {
   SessionImport& operator=(const SessionImport&) = delete;
 
   // Takes the next bytes. DATA_LOSS (ARCHIVE_DAMAGED), FAILED_PRECONDITION (ARCHIVE_NEWER),
-  // RESOURCE_EXHAUSTED (QUOTA_EXCEEDED and those of the store): it cannot go on.
+  // RESOURCE_EXHAUSTED (QUOTA_EXCEEDED, MEMORY_SHORT, FILE_TOO_LARGE and those of the store): it
+  // cannot go on.
   absl::Status Take(absl::string_view bytes);
   // True when all of it has come and fits together.
   bool whole() const { return whole_; }
@@ -63,6 +65,9 @@ class SessionImport {
   absl::Status EndScan();
   absl::Status EndPlan();
   absl::Status EndSitePrior();
+  // Memory for a prior of the site, beside what was taken for it. RESOURCE_EXHAUSTED (MEMORY_SHORT;
+  // FILE_TOO_LARGE: the server never has so many).
+  absl::StatusOr<MemoryAccount::Reservation> TakeForPrior(int64_t bytes) const;
   absl::Status AddEntry(storage::v1::LogEntry& entry);
   absl::Status End();
   std::string LogSpool() const;
@@ -79,6 +84,8 @@ class SessionImport {
   std::optional<storage::v1::ArchiveBlob> blob_;
   std::unique_ptr<Upload> scan_;  // of its kind
   std::string plan_;              // of its kind: what came of it
+  const TenantMemory memory_;
+  MemoryAccount::Reservation prior_memory_;  // of what came of a prior of the site
   int64_t blob_bytes_ = 0;
   int64_t chunks_ = 0;
   size_t blobs_begun_ = 0;

@@ -504,6 +504,7 @@ void SessionRegistry::BeginDrain() {
     session->BeginDrain();
     session->plans().Stop(PlanRun::StopReason::kDrain);
     session->tours().Stop();
+    session->claims().Stop();
     session->site_priors().Stop();
   }
   // The next start goes on with them.

@@ -37,14 +37,6 @@ Eigen::Vector3d SourceOrigin(const v1::SitePrior& prior) {
   return conversion::ReadOwnVector(prior.source_origin());
 }
 
-// Bytes that a prior stored so takes while it is unfolded: once as it was encoded, and as a mesh.
-int64_t UnfoldingBytes(const std::string& blob) {
-  uint64_t size = 0;
-  if (blob.size() < sizeof(size)) return 0;
-  std::memcpy(&size, blob.data(), sizeof(size));
-  return static_cast<int64_t>(2 * std::min<uint64_t>(size, site_prior::kMostPriorBytes));
-}
-
 // Where what is stored will not be there the next time either.
 bool IsLasting(const absl::Status& status) {
   return absl::IsNotFound(status) || absl::IsDataLoss(status) || absl::IsInvalidArgument(status) ||
@@ -60,6 +52,14 @@ SitePriorUse::Use Unusable(const absl::Status& why) {
                          "); set it again")
           : absl::StrCat("the prior is not used: ", why.message());
   return use;
+}
+
+int64_t BytesOf(const std::vector<site_prior::WallLine>& lines) {
+  size_t bytes = lines.capacity() * sizeof(lines[0]);
+  for (const site_prior::WallLine& line : lines) {
+    bytes += line.corners.capacity() * sizeof(line.corners[0]);
+  }
+  return static_cast<int64_t>(bytes);
 }
 
 // A site, and its memory.
@@ -123,62 +123,123 @@ absl::StatusOr<site_prior::PriorMesh> ReadPriorBlob(const std::string& bytes) {
   return mesh;
 }
 
-absl::StatusOr<std::shared_ptr<const SitePriorUse::Loaded>> SitePriorUse::Load(
-    const Key& key, const SitePriorQuestion& question, double voxel, uint64_t forgotten,
-    absl::Status& lasting, const parallel::Cancellation& cancelled) {
+int64_t UnfoldingBytes(const std::string& bytes) {
+  uint64_t size = 0;
+  if (bytes.size() < sizeof(size)) return 0;
+  std::memcpy(&size, bytes.data(), sizeof(size));
+  return static_cast<int64_t>(2 * std::min<uint64_t>(size, site_prior::kMostPriorBytes));
+}
+
+int64_t BytesOf(const site_prior::PriorMesh& mesh) {
+  return static_cast<int64_t>(mesh.vertices.capacity() * sizeof(mesh.vertices[0]) +
+                              mesh.triangles.capacity() * sizeof(mesh.triangles[0]));
+}
+
+absl::Status PriorTooLarge(int64_t bytes, int64_t most) {
+  return absl::ResourceExhaustedError(absl::StrCat(
+      "with what it is compared with it takes some ", bytes >> 20, " MiB, and the server has ",
+      most >> 20,
+      " MiB for all models and plans: give the part that is to be scanned, or set it in a session "
+      "whose model_config.voxel_size_m is larger, or have the server's operator give it more "
+      "(--memory-mib)"));
+}
+
+absl::StatusOr<MemoryAccount::Reservation> SitePriorUse::Take(Making& making, int64_t bytes,
+                                                              int64_t beside) const {
+  const int64_t all = bytes + beside + beside_();
+  if (const auto most = memory_.Most(); most.has_value() && all > *most) {
+    return making.lasting = PriorTooLarge(all, *most);
+  }
+  if (const auto most = memory_.Most(); most.has_value() && all + making.asker.held > *most) {
+    return contract::ErrorWithReason(
+        absl::StatusCode::kResourceExhausted, "PLAN_TOO_LARGE",
+        absl::StrCat("the plan and the prior of the site take some ",
+                     (all + making.asker.held) >> 20, " MiB, and the server has ", *most >> 20,
+                     " MiB for all models and plans: use larger viewcells, or a prior of the part "
+                     "that is to be scanned, or have its operator give it more (--memory-mib)"));
+  }
+  if (making.asker.wanted == Wanted::kAsked) return memory_.Reserve(bytes);
+  std::optional<MemoryAccount::Reservation> spare = memory_.ReserveSpare(bytes);
+  if (!spare.has_value()) return MemoryShort(bytes);
+  return *std::move(spare);
+}
+
+absl::StatusOr<std::shared_ptr<const SitePriorUse::Loaded>> SitePriorUse::Load(Making& making) {
   {
     std::lock_guard<std::mutex> lock(mutex_);
-    if (loaded_ != nullptr && loaded_->key == key) return loaded_;
+    if (loaded_ != nullptr && loaded_->key == making.key) return loaded_;
   }
-  const absl::StatusOr<std::string> bytes = question.store->GetBlob(question.blob);
+  const SitePriorQuestion& question = making.question;
+  const absl::StatusOr<int64_t> stored = question.store->BlobSize(question.blob);
+  // What is wrong with it is told when it is read.
+  auto reading = Take(making, stored.value_or(0), 0);
+  if (!reading.ok()) return reading.status();
+  absl::StatusOr<std::string> bytes = question.store->GetBlob(question.blob);
   if (!bytes.ok()) {
     // What a store is short of may pass.
-    if (!absl::IsResourceExhausted(bytes.status())) lasting = bytes.status();
+    if (!absl::IsResourceExhausted(bytes.status())) making.lasting = bytes.status();
     return bytes.status();
   }
-  auto unfolding = reserve_(UnfoldingBytes(*bytes));
+  auto unfolding = Take(making, UnfoldingBytes(*bytes), reading->bytes());
   if (!unfolding.ok()) return unfolding.status();
   auto mesh = ReadPriorBlob(*bytes);
-  if (!mesh.ok()) return lasting = mesh.status();
+  if (!mesh.ok()) return making.lasting = mesh.status();
+  bytes->clear();
+  bytes->shrink_to_fit();
+  reading->Release();
+  const int64_t own = BytesOf(*mesh);
+  unfolding->Set(own);
   const auto pose = ReadPlacement(question.prior, question.prior.unit_m(), question.origin);
-  if (!pose.ok()) return lasting = pose.status();
-  auto memory = reserve_(static_cast<int64_t>(site_prior::EstimateMemory(*mesh, *pose, voxel)));
+  if (!pose.ok()) return making.lasting = pose.status();
+  const auto work =
+      static_cast<int64_t>(site_prior::EstimateMemory(*mesh, *pose, making.view->voxel_size()) +
+                           site_prior::kBytesOfWallLines);
+  auto memory = Take(making, work, own);
   if (!memory.ok()) return memory.status();
   const double accuracy = question.prior.accuracy_m() > 0
                               ? std::min(question.prior.accuracy_m(), site_prior::kMostAccuracy)
                               : site_prior::kDefaultAccuracy;
-  auto prior = site_prior::SitePrior::Create(*std::move(mesh), *pose, accuracy, cancelled);
-  if (!prior.ok()) return lasting = prior.status();
-  memory->Set(static_cast<int64_t>((*prior)->Bytes()));
-  auto loaded = std::make_shared<const Loaded>(Loaded{key, *std::move(prior), *std::move(memory)});
-  std::lock_guard<std::mutex> lock(mutex_);
-  if (forgotten_ == forgotten) loaded_ = loaded;
-  return loaded;
+  auto walls = std::make_shared<const std::vector<site_prior::WallLine>>(
+      site_prior::WallLinesOf(*mesh, pose->scale));
+  auto prior = site_prior::SitePrior::Create(*std::move(mesh), *pose, accuracy, making.cancelled);
+  if (!prior.ok()) return making.lasting = prior.status();
+  memory->Set(static_cast<int64_t>((*prior)->Bytes()) + BytesOf(*walls));
+  auto loaded = std::make_shared<const Loaded>(
+      Loaded{making.key, *std::move(prior), std::move(walls), *std::move(memory)});
+  std::shared_ptr<const Loaded> before = loaded;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    if (forgotten_ == making.forgotten) loaded_.swap(before);
+  }
+  return loaded;  // what was held before goes without the lock
 }
 
-absl::StatusOr<SitePriorUse::Used> SitePriorUse::Make(
-    const Key& key, const SitePriorQuestion& question,
-    const std::shared_ptr<const model::PlanningView>& view, uint64_t forgotten,
-    const parallel::Cancellation& cancelled) {
-  Used used{key, view, view->stations().empty(), nullptr, 0};
-  absl::Status lasting;
-  const auto loaded = Load(key, question, view->voxel_size(), forgotten, lasting, cancelled);
-  if (!lasting.ok() && IsLasting(lasting)) {
-    used.use = std::make_shared<const Use>(Unusable(lasting));
+absl::StatusOr<SitePriorUse::Used> SitePriorUse::Make(Making& making) {
+  Used used{making.key, making.view, making.view->stations().empty(), nullptr, 0};
+  const auto lasting = [&] { return !making.lasting.ok() && IsLasting(making.lasting); };
+  const auto unusable = [&] {
+    used.use = std::make_shared<const Use>(Unusable(making.lasting));
     return used;
-  }
+  };
+  const auto loaded = Load(making);
+  if (lasting()) return unusable();
   if (!loaded.ok()) return loaded.status();
   const site_prior::SitePrior& prior = *(*loaded)->prior;
-  auto memory = reserve_(static_cast<int64_t>(site_prior::EstimateJudgeMemory(*view, prior)));
+  auto memory =
+      Take(making, static_cast<int64_t>(site_prior::EstimateJudgeMemory(*making.view, prior)),
+           (*loaded)->memory.bytes());
+  if (lasting()) return unusable();
   if (!memory.ok()) return memory.status();
-  auto standing = site_prior::Judge(*view, prior, cancelled);
+  auto standing = site_prior::Judge(*making.view, prior, making.cancelled);
   if (!standing.ok()) return standing.status();
   Use use;
+  use.walls = (*loaded)->walls;
   if (standing->space.has_value()) {
-    used.bytes = static_cast<int64_t>(site_prior::BytesOf(*standing->space));
-    auto site = planning::ExpectedSite::Of(*std::move(standing->space), cancelled);
+    const uint64_t space = site_prior::BytesOf(*standing->space);
+    auto site = planning::ExpectedSite::Of(*std::move(standing->space), making.cancelled);
     if (!site.ok()) return site.status();
     standing->space.reset();
+    used.bytes = static_cast<int64_t>(space + (*site)->floors().size_bytes());
     memory->Set(used.bytes);
     const auto held =
         std::make_shared<const HeldSite>(HeldSite{*std::move(site), *std::move(memory)});
@@ -198,7 +259,7 @@ std::shared_ptr<const SitePriorUse::Use> SitePriorUse::Last(
 
 absl::StatusOr<std::shared_ptr<const SitePriorUse::Use>> SitePriorUse::Of(
     const SitePriorQuestion& question, const std::shared_ptr<const model::PlanningView>& view,
-    const parallel::Cancellation& cancelled) {
+    const Asker& asker, const parallel::Cancellation& cancelled) {
   const Key key{question.set, question.origin};
   uint64_t forgotten = 0;
   {
@@ -224,7 +285,8 @@ absl::StatusOr<std::shared_ptr<const SitePriorUse::Use>> SitePriorUse::Of(
       own.ended_.notify_all();
     }
   } const end{*this};
-  absl::StatusOr<Used> made = Make(key, question, view, forgotten, cancelled);
+  Making making{key, question, view, asker, forgotten, cancelled, absl::OkStatus()};
+  absl::StatusOr<Used> made = Make(making);
   if (!made.ok()) return made.status();
   const std::shared_ptr<const Use> use = made->use;
   std::optional<Used> before = *std::move(made);

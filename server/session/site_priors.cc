@@ -20,6 +20,8 @@
 #include "server/contract/out_of_memory.h"
 #include "server/contract/resource_names.h"
 #include "server/conversion/to_proto.h"
+#include "server/session/asked_evaluation.h"
+#include "server/session/either_stop.h"
 #include "server/session/file_allowance.h"
 #include "server/session/site_prior_use.h"
 
@@ -158,6 +160,36 @@ v1::SitePriorStanding WriteStanding(const site_prior::PriorStanding& standing,
   return out;
 }
 
+// As the contract has it of where it is known not to lie.
+bool LiesThere(site_prior::PriorState state) {
+  return state == site_prior::PriorState::kPlaced ||
+         state == site_prior::PriorState::kNotEnoughSeen ||
+         state == site_prior::PriorState::kAligned;
+}
+
+void AddWalls(const SitePriorUse::Use& use, const Eigen::Vector3d& origin,
+              v1::GetSitePriorResponse& response) {
+  if (use.walls == nullptr || !LiesThere(use.standing.state)) return;
+  for (const site_prior::WallLine& line : *use.walls) {
+    v1::SitePriorWall& wall = *response.add_walls();
+    for (const Eigen::Vector2f& corner : line.corners) {
+      const Eigen::Vector3d in_prior(static_cast<double>(corner.x()),
+                                     static_cast<double>(corner.y()),
+                                     static_cast<double>(line.floor));
+      *wall.add_corners() =
+          conversion::WriteVector(use.standing.alignment.pose.ToModel(in_prior) + origin);
+    }
+  }
+}
+
+absl::Status ReadingTooLarge(int64_t bytes, int64_t most) {
+  return absl::ResourceExhaustedError(
+      absl::StrCat("reading it takes some ", bytes >> 20, " MiB, and the server has ", most >> 20,
+                   " MiB for all models and plans: give a smaller file, or a mesh instead of a "
+                   "plan, or have the "
+                   "server's operator give it more (--memory-mib)"));
+}
+
 absl::Status NoPrior(const SessionContext& context) {
   return contract::ResourceNotFound("vantage/SitePrior",
                                     absl::StrCat(context.name(), "/sitePrior"));
@@ -171,20 +203,18 @@ absl::Status TooMany() {
 
 }  // namespace
 
-// A prior on its way in. Whoever asked is answered once, also where the work is dropped.
+// A prior on its way in.
 class SitePriors::Setting {
  public:
-  using Done = std::function<void(absl::StatusOr<v1::SetSitePriorResponse>)>;
-
-  // One evaluation was begun for it.
-  Setting(SitePriors& priors, const v1::SetSitePriorRequest& asked, PriorSource of, Done done)
-      : request(asked),
+  Setting(SitePriors& priors, const v1::SetSitePriorRequest& given, PriorSource of,
+          std::shared_ptr<Evaluation> evaluation,
+          AskedEvaluation<v1::SetSitePriorResponse>::Done done)
+      : request(given),
         source(std::move(of)),
-        key(RequestKey::Of(asked.request_id(), "SetSitePrior", asked)),
-        prior(asked.site_prior()),
-        keep_(priors.context_.shared_from_this()),
-        priors_(priors),
-        done_(std::move(done)) {
+        key(RequestKey::Of(given.request_id(), "SetSitePrior", given)),
+        prior(given.site_prior()),
+        keep(priors.context_.shared_from_this()),
+        asked(priors.context_, std::move(evaluation), std::move(done)) {
     prior.clear_name();
     prior.clear_format();
     prior.clear_file_size_bytes();
@@ -192,17 +222,21 @@ class SitePriors::Setting {
     prior.clear_create_time();
     prior.clear_source_origin();
   }
-  ~Setting() { Answer(priors_.Ended()); }
-  Setting(const Setting&) = delete;
-  Setting& operator=(const Setting&) = delete;
 
-  void Answer(absl::StatusOr<v1::SetSitePriorResponse> response) {
-    if (done_ == nullptr) return;
-    priors_.model_.EndEvaluation();
-    std::exchange(done_, nullptr)(std::move(response));
-  }
   const char* field() const {
     return source.view != nullptr ? "site_prior.source_session" : "file";
+  }
+  // Of the request and the mesh, as they are.
+  void Hold() { held.Set(static_cast<int64_t>(request.SpaceUsedLong()) + BytesOf(mesh)); }
+  // Who is answered finds its memory given back.
+  template <typename Work>
+  void Answer(Work&& work) {
+    asked.Answer([&]() -> absl::StatusOr<v1::SetSitePriorResponse> {
+      absl::StatusOr<v1::SetSitePriorResponse> response = work();
+      mesh = site_prior::PriorMesh();
+      held.Release();
+      return response;
+    });
   }
 
   const v1::SetSitePriorRequest request;
@@ -210,11 +244,9 @@ class SitePriors::Setting {
   const RequestKey key;
   v1::SitePrior prior;  // without what only a server says, until it is known
   site_prior::PriorMesh mesh;
-
- private:
-  const std::shared_ptr<SessionContext> keep_;
-  SitePriors& priors_;
-  Done done_;
+  MemoryAccount::Reservation held;             // what it keeps while it waits for its turn
+  const std::shared_ptr<SessionContext> keep;  // longer than what follows
+  AskedEvaluation<v1::SetSitePriorResponse> asked;
 };
 
 SitePriors::SitePriors(SessionContext& context, ModelMemory& model, Preparation& preparation)
@@ -224,39 +256,61 @@ SitePriors::SitePriors(SessionContext& context, ModelMemory& model, Preparation&
   }
 }
 
-absl::Status SitePriors::Ended() const {
-  if (context_.closed()) {
-    return absl::AbortedError(absl::StrCat(context_.name(), " was deleted"));
+absl::StatusOr<MemoryAccount::Reservation> SitePriors::Take(
+    int64_t bytes, int64_t beside, const std::string& field,
+    absl::FunctionRef<absl::Status(int64_t bytes, int64_t most)> too_large) const {
+  const std::optional<int64_t> most = model_.memory().Most();
+  if (most.has_value() && bytes + beside > *most) {
+    return Refused(too_large(bytes + beside, *most), field);
   }
-  return contract::Retryable(absl::StatusCode::kUnavailable, "DRAINING",
-                             "the server shuts down; ask again after its next start",
-                             kRetryPriorAfter);
+  return model_.Reserve(bytes);
+}
+
+absl::StatusOr<v1::SetSitePriorResponse> SitePriors::Again(const RequestKey& key) const {
+  if (absl::Status same = context_.journal().CheckRequest(key); !same.ok()) return same;
+  v1::SetSitePriorResponse response;
+  bool own = false;
+  context_.journal().Read([&](const SessionState& state) {
+    const auto made = state.requests.find(key.id);
+    own = made != state.requests.end() && made->second.sequence == state.site_prior_set;
+    if (own) *response.mutable_site_prior() = state.site_prior;
+  });
+  if (own) return response;
+  return contract::ErrorWithReason(
+      absl::StatusCode::kAborted, "SITE_PRIOR_REPLACED",
+      "the prior of this request was set, and replaced or taken out since; look which there is "
+      "(GetSitePrior), and set it again under another request_id where it is still wanted");
 }
 
 void SitePriors::Set(const v1::SetSitePriorRequest& request, PriorSource source,
                      std::function<void(absl::StatusOr<v1::SetSitePriorResponse>)> done) {
-  if (!model_.BeginEvaluation()) return done(TooMany());
-  const auto setting =
-      std::make_shared<Setting>(*this, request, std::move(source), std::move(done));
-  const auto make = [this, setting](parallel::Parallel&) {
-    setting->Answer(contract::UnlessOutOfMemory([&] { return SetNow(*setting); }));
-  };
+  std::shared_ptr<Evaluation> evaluation = model_.BeginEvaluation();
+  if (evaluation == nullptr) return done(TooMany());
+  const auto setting = std::make_shared<Setting>(*this, request, std::move(source),
+                                                 std::move(evaluation), std::move(done));
   // A request that is known is answered without its file.
-  if (setting->source.view != nullptr || context_.journal().Knows(setting->key)) {
-    return context_.RunInteractive(make);
+  if (context_.journal().Knows(setting->key)) {
+    return setting->Answer([&] { return Again(setting->key); });
   }
+  auto held = model_.Reserve(static_cast<int64_t>(setting->request.SpaceUsedLong()));
+  if (!held.ok()) return setting->Answer([&] { return held.status(); });
+  setting->held = *std::move(held);
+  const auto make = [this, setting](parallel::Parallel&) {
+    setting->Answer([&] { return SetNow(*setting); });
+  };
+  if (setting->source.view != nullptr) return context_.RunInteractive(make);
   // Beside the tenant's scans, which may take an hour, and one at a time.
-  context_.dependencies().files->Post(absl::StrCat(ReaderOf(context_), " prior"), context_.id(),
-                                      [this, setting, make](const FileReadings::GivenUp& given_up) {
-                                        const absl::Status read = contract::UnlessOutOfMemory(
-                                            [&] { return Read(*setting, given_up); });
-                                        if (read.ok()) {
-                                          context_.RunInteractive(make);
-                                        } else {
-                                          setting->Answer(absl::IsCancelled(read) ? Ended() : read);
-                                        }
-                                        return std::chrono::milliseconds(0);
-                                      });
+  context_.dependencies().files->Post(
+      absl::StrCat(ReaderOf(context_), " prior"), context_.id(),
+      [this, setting, make](const FileReadings::GivenUp& given_up) {
+        const absl::Status read = contract::UnlessOutOfMemory([&]() -> absl::Status {
+          absl::Status taken = Read(*setting, given_up);
+          if (taken.ok()) context_.RunInteractive(make);
+          return absl::IsCancelled(taken) ? context_.Dropped() : taken;
+        });
+        if (!read.ok()) setting->Answer([&] { return read; });
+        return std::chrono::milliseconds(0);
+      });
 }
 
 absl::Status SitePriors::Read(Setting& setting, const std::function<bool()>& given_up) {
@@ -265,7 +319,10 @@ absl::Status SitePriors::Read(Setting& setting, const std::function<bool()>& giv
   };
   const v1::SetSitePriorRequest& request = setting.request;
   v1::SitePrior& prior = setting.prior;
-  auto unfolding = model_.Reserve(request.uncompressed_size_bytes() + kBytesBesideFile);
+  const auto take = [&](int64_t amount, int64_t beside) {
+    return Take(amount, beside + setting.held.bytes(), setting.field(), ReadingTooLarge);
+  };
+  const auto unfolding = take(request.uncompressed_size_bytes() + kBytesBesideFile, 0);
   if (!unfolding.ok()) return unfolding.status();
   const absl::StatusOr<std::string> bytes = Unfolded(request);
   if (!bytes.ok()) return bytes.status();
@@ -283,7 +340,7 @@ absl::Status SitePriors::Read(Setting& setting, const std::function<bool()>& giv
   if (prior.wall_height_m() > 0) reading.wall_height = prior.wall_height_m();
   if (prior.darkest() > 0) reading.darkest = prior.darkest();
   reading.y_up = prior.y_up() ? 1 : 0;
-  const auto memory = model_.Reserve(ReadingBytes(*format, bytes->size()));
+  const auto memory = take(ReadingBytes(*format, bytes->size()), unfolding->bytes());
   if (!memory.ok()) return memory.status();
   const auto file = AsFile(*bytes);
   if (!file.ok()) return file.status();
@@ -291,30 +348,23 @@ absl::Status SitePriors::Read(Setting& setting, const std::function<bool()>& giv
                                             FileAllowance(context_.dependencies(), ended));
   if (!read.ok()) return Refused(read.status(), setting.field());
   setting.mesh = *std::move(read);
+  setting.Hold();
   prior.set_unit_m(setting.mesh.unit);
   return absl::OkStatus();
 }
 
 absl::StatusOr<v1::SetSitePriorResponse> SitePriors::SetNow(Setting& setting) {
-  v1::SetSitePriorResponse response;
-  const auto as_it_is = [&] {
-    context_.journal().Read(
-        [&](const SessionState& state) { *response.mutable_site_prior() = state.site_prior; });
-    return response;
-  };
-  if (context_.journal().Knows(setting.key)) {
-    absl::Status same = context_.journal().CheckRequest(setting.key);
-    if (!same.ok()) return same;
-    return as_it_is();
-  }
+  if (context_.journal().Knows(setting.key)) return Again(setting.key);
   v1::SitePrior& prior = setting.prior;
   if (setting.source.view != nullptr) {
-    const auto room = model_.Reserve(
-        static_cast<int64_t>(setting.source.view->SurfaceCount() * kBytesOfVoxelAsMesh));
+    const auto room =
+        Take(static_cast<int64_t>(setting.source.view->SurfaceCount() * kBytesOfVoxelAsMesh),
+             setting.held.bytes(), setting.field(), PriorTooLarge);
     if (!room.ok()) return room.status();
     auto mesh = site_prior::MeshOfModel(*setting.source.view);
     if (!mesh.ok()) return Refused(mesh.status(), setting.field());
     setting.mesh = *std::move(mesh);
+    setting.Hold();
     prior.set_format(v1::SITE_PRIOR_FORMAT_SESSION);
     prior.set_unit_m(1);
     *prior.mutable_source_origin() = conversion::WriteVector(setting.source.origin);
@@ -334,25 +384,31 @@ absl::StatusOr<v1::SetSitePriorResponse> SitePriors::SetNow(Setting& setting) {
       prior.accuracy_m() > 0 ? prior.accuracy_m() : site_prior::kDefaultAccuracy;
   prior.set_accuracy_m(accuracy);
   prior.set_triangle_count(static_cast<int64_t>(setting.mesh.triangles.size()));
-  const auto memory =
-      model_.Reserve(static_cast<int64_t>(site_prior::EstimateMemory(setting.mesh, *pose, voxel)));
-  if (!memory.ok()) return memory.status();
+  // Encoded, and compressed.
+  auto folded = Take(2 * BytesOf(setting.mesh), setting.held.bytes(), field, PriorTooLarge);
+  if (!folded.ok()) return folded.status();
   const std::string stored = WritePriorBlob(setting.mesh);
+  folded->Set(static_cast<int64_t>(stored.capacity()));
+  const auto memory =
+      Take(static_cast<int64_t>(site_prior::EstimateMemory(setting.mesh, *pose, voxel)),
+           setting.held.bytes() + folded->bytes(), field, PriorTooLarge);
+  if (!memory.ok()) return memory.status();
   // Whether there is a room in it, also in the model's voxels, is said now.
   const parallel::Cancellation cancelled(stop_.get_token());
   auto made = site_prior::SitePrior::Create(std::move(setting.mesh), *pose, accuracy, cancelled);
-  if (absl::IsCancelled(made.status())) return Ended();
+  if (absl::IsCancelled(made.status())) return context_.Dropped();
   if (!made.ok()) return Refused(made.status(), field);
   const absl::Status usable = site_prior::CheckUsable(**made, voxel, cancelled);
-  if (absl::IsCancelled(usable)) return Ended();
+  if (absl::IsCancelled(usable)) return context_.Dropped();
   if (!usable.ok()) {
     return Refused(absl::Status(usable.code(), absl::StrCat(usable.message(),
                                                             "; or set it in a session whose "
                                                             "model_config.voxel_size_m is larger")),
                    field);
   }
+  if (absl::Status fits = CheckComparable(**made); !fits.ok()) return Refused(fits, field);
   if (absl::Status room = context_.CheckLog(); !room.ok()) return room;
-  const absl::StatusOr<std::string> blob = context_.PutOwnBlob(stored);
+  const absl::StatusOr<std::string> blob = context_.PutGivenBlob(stored);
   if (!blob.ok()) return blob.status();
   std::string before;
   bool drafted = false;
@@ -370,16 +426,35 @@ absl::StatusOr<v1::SetSitePriorResponse> SitePriors::SetNow(Setting& setting) {
   // The same request, sent twice at a time, was the other's.
   if (!written.ok() || !drafted) context_.ReleaseOwnBlob(*blob);
   if (!written.ok()) return written.status();
-  if (!drafted) return as_it_is();
+  if (!drafted) return Again(setting.key);
   if (!before.empty()) context_.ReleaseOwnBlob(before);
   model_.site_prior().Forget();
   preparation_.Stop();
   preparation_.Begin();
+  v1::SetSitePriorResponse response;
   *response.mutable_site_prior() = prior;
   return response;
 }
 
-void SitePriors::Describe(std::function<void(absl::StatusOr<v1::GetSitePriorResponse>)> done) {
+absl::Status SitePriors::CheckComparable(const site_prior::SitePrior& prior) const {
+  const std::optional<int64_t> most = model_.memory().Most();
+  if (!most.has_value()) return absl::OkStatus();
+  std::shared_ptr<const model::PlanningView> view = model_.Current().view;
+  if (view == nullptr) view = EmptyView();
+  const auto all =
+      static_cast<int64_t>(site_prior::EstimateJudgeMemory(*view, prior) + prior.Bytes()) +
+      model_.Estimate();
+  return all > *most ? PriorTooLarge(all, *most) : absl::OkStatus();
+}
+
+std::shared_ptr<const model::PlanningView> SitePriors::EmptyView() const {
+  return std::make_shared<model::PlanningView>(
+      model_.config().voxel_size, 0, std::vector<model::BrickAt>(), std::vector<model::Station>());
+}
+
+void SitePriors::Describe(const v1::GetSitePriorRequest& request,
+                          std::function<void(absl::StatusOr<v1::GetSitePriorResponse>)> done,
+                          const std::stop_token& gone) {
   std::optional<SitePriorQuestion> question;
   bool any = false;
   context_.journal().Read([&](const SessionState& state) {
@@ -390,27 +465,25 @@ void SitePriors::Describe(std::function<void(absl::StatusOr<v1::GetSitePriorResp
   ModelSnapshot model = model_.Current();
   if (model.view == nullptr) {
     if (any) return done(model_.WhyNone());
-    model.view = std::make_shared<model::PlanningView>(model_.config().voxel_size, 0,
-                                                       std::vector<model::BrickAt>(),
-                                                       std::vector<model::Station>());
+    model.view = EmptyView();
   }
-  if (!model_.BeginEvaluation()) return done(TooMany());
-  context_.RunInteractive([this, question = *std::move(question), model,
-                           done = std::move(done)](parallel::Parallel&) {
-    absl::StatusOr<v1::GetSitePriorResponse> response =
-        contract::UnlessOutOfMemory([&]() -> absl::StatusOr<v1::GetSitePriorResponse> {
-          const auto use = model_.site_prior().Of(question, model.view,
-                                                  parallel::Cancellation(stop_.get_token()));
-          if (absl::IsCancelled(use.status())) return Ended();
-          if (!use.ok()) return use.status();
-          v1::GetSitePriorResponse standing;
-          *standing.mutable_site_prior() = question.prior;
-          *standing.mutable_standing() = WriteStanding((*use)->standing, question, model.version);
-          return standing;
-        });
-    model_.EndEvaluation();
-    done(std::move(response));
-  });
+  std::shared_ptr<Evaluation> evaluation = model_.BeginEvaluation();
+  if (evaluation == nullptr) return done(TooMany());
+  const auto compare = [this, question = *std::move(question), model, gone,
+                        with_walls = request.with_walls()](
+                           parallel::Parallel&) -> absl::StatusOr<v1::GetSitePriorResponse> {
+    const EitherStop stop(gone, stop_.get_token());
+    const auto use =
+        model_.site_prior().Of(question, model.view, {}, parallel::Cancellation(stop.token()));
+    if (absl::IsCancelled(use.status())) return context_.Dropped();
+    if (!use.ok()) return use.status();
+    v1::GetSitePriorResponse response;
+    *response.mutable_site_prior() = question.prior;
+    *response.mutable_standing() = WriteStanding((*use)->standing, question, model.version);
+    if (with_walls) AddWalls(**use, question.origin, response);
+    return response;
+  };
+  RunAsked<v1::GetSitePriorResponse>(context_, std::move(evaluation), std::move(done), compare);
 }
 
 absl::Status SitePriors::Clear(const v1::ClearSitePriorRequest& request) {

@@ -10,9 +10,13 @@
 #include <string>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/model/view/planning_view.h"
+#include "core/site_prior/site_prior.h"
+#include "server/session/journal.h"
+#include "server/session/memory_account.h"
 #include "server/session/model_memory.h"
 #include "server/session/preparation.h"
 #include "server/session/session_context.h"
@@ -36,9 +40,11 @@ class SitePriors {
   // are those of the contract.
   void Set(const v1::SetSitePriorRequest& request, PriorSource source,
            std::function<void(absl::StatusOr<v1::SetSitePriorResponse>)> done);
-  // Compares it with the newest model on the planning pool. NOT_FOUND; RESOURCE_EXHAUSTED
-  // (TOO_MANY_EVALUATIONS, MEMORY_SHORT).
-  void Describe(std::function<void(absl::StatusOr<v1::GetSitePriorResponse>)> done);
+  // Compares it with the newest model on the planning pool, until nobody waits for that any more.
+  // NOT_FOUND; RESOURCE_EXHAUSTED (TOO_MANY_EVALUATIONS, MEMORY_SHORT).
+  void Describe(const v1::GetSitePriorRequest& request,
+                std::function<void(absl::StatusOr<v1::GetSitePriorResponse>)> done,
+                const std::stop_token& gone = {});
   // NOT_FOUND.
   absl::Status Clear(const v1::ClearSitePriorRequest& request);
   // The blob that is held, if any.
@@ -51,8 +57,18 @@ class SitePriors {
   // Reads the file into `setting`.
   absl::Status Read(Setting& setting, const std::function<bool()>& given_up);
   absl::StatusOr<v1::SetSitePriorResponse> SetNow(Setting& setting);
-  // Why work was ended.
-  absl::Status Ended() const;
+  // RESOURCE_EXHAUSTED: the server never has the memory to compare it with the model as it is.
+  absl::Status CheckComparable(const site_prior::SitePrior& prior) const;
+  // Of a model without scans.
+  std::shared_ptr<const model::PlanningView> EmptyView() const;
+  // What a request made that was executed before. ALREADY_EXISTS (REQUEST_ID_REUSED); ABORTED
+  // (SITE_PRIOR_REPLACED): it is not the prior any more.
+  absl::StatusOr<v1::SetSitePriorResponse> Again(const RequestKey& key) const;
+  // Memory for `bytes` beside those that are held already. RESOURCE_EXHAUSTED: FILE_TOO_LARGE, as
+  // `too_large` says it, where the server never has so many; MEMORY_SHORT.
+  absl::StatusOr<MemoryAccount::Reservation> Take(
+      int64_t bytes, int64_t beside, const std::string& field,
+      absl::FunctionRef<absl::Status(int64_t bytes, int64_t most)> too_large) const;
 
   SessionContext& context_;
   ModelMemory& model_;

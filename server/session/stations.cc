@@ -9,11 +9,11 @@
 #include "absl/strings/str_format.h"
 #include "core/fleet/pending_stations.h"
 #include "server/contract/error.h"
-#include "server/contract/out_of_memory.h"
 #include "server/contract/resource_names.h"
 #include "server/conversion/fleet_proto.h"
 #include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
+#include "server/session/asked_evaluation.h"
 #include "server/session/pledged_views.h"
 
 namespace vantage::session {
@@ -71,21 +71,22 @@ void Stations::Create(const v1::CreateStationRequest& request,
   } else if (absl::Status room = ReserveMemory(model_, *inputs); !room.ok()) {
     return done(room);
   }
-  if (!model_.BeginEvaluation()) {
+  std::shared_ptr<Evaluation> evaluation = model_.BeginEvaluation();
+  if (evaluation == nullptr) {
     return done(contract::Retryable(absl::StatusCode::kResourceExhausted, "TOO_MANY_EVALUATIONS",
                                     "too many positions of this session are being evaluated",
                                     kRetryStationAfter));
   }
-  context_.RunInteractive([this, in = *std::move(inputs), request,
-                           done = std::move(done)](parallel::Parallel& parallel) {
-    absl::StatusOr<v1::Station> station =
-        contract::UnlessOutOfMemory([&] { return CreateNow(request, in, parallel); });
-    model_.EndEvaluation();
-    if (!station.ok()) return done(station.status());
-    v1::CreateStationResponse response;
-    *response.mutable_station() = *std::move(station);
-    done(std::move(response));
-  });
+  RunAsked<v1::CreateStationResponse>(
+      context_, std::move(evaluation), std::move(done),
+      [this, in = *std::move(inputs),
+       request](parallel::Parallel& parallel) -> absl::StatusOr<v1::CreateStationResponse> {
+        absl::StatusOr<v1::Station> station = CreateNow(request, in, parallel);
+        if (!station.ok()) return station.status();
+        v1::CreateStationResponse response;
+        *response.mutable_station() = *std::move(station);
+        return response;
+      });
 }
 
 absl::StatusOr<v1::Station> Stations::CreateNow(const v1::CreateStationRequest& request,

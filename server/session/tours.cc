@@ -7,11 +7,11 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "server/contract/error.h"
-#include "server/contract/out_of_memory.h"
 #include "server/conversion/check_request.h"
 #include "server/conversion/fleet_proto.h"
 #include "server/conversion/from_proto.h"
 #include "server/conversion/tour_proto.h"
+#include "server/session/asked_evaluation.h"
 
 namespace vantage::session {
 namespace {
@@ -37,6 +37,18 @@ absl::Status WithReason(const absl::Status& status, bool draining) {
 }
 
 }  // namespace
+
+// A tour on its way, with what it takes.
+struct Tours::Making {
+  Making(SessionContext& context, Inputs in, std::shared_ptr<Evaluation> evaluation,
+         const std::shared_ptr<TourRun>& run)
+      : inputs(std::move(in)),
+        end(context, std::move(evaluation),
+            [run](const absl::StatusOr<Made>& made) { run->End(made.status()); }) {}
+
+  const Inputs inputs;
+  AskedEvaluation<Made> end;
+};
 
 TourRun::News TourRun::Take() {
   std::lock_guard<std::mutex> lock(mutex_);
@@ -152,20 +164,32 @@ absl::StatusOr<Tours::Inputs> Tours::Read(const v1::TourWish& wish) {
   inputs.plan.seconds = budget.seconds;
   if (budget.work_limit > 0) inputs.plan.budget.work_limit = budget.work_limit;
   if (absl::Status room = ReserveMemory(model_, inputs.plan); !room.ok()) return room;
-  absl::StatusOr<MemoryAccount::Reservation> room =
-      model_.Reserve(static_cast<int64_t>(tour::EstimateTourMemory(inputs.request)));
+  const auto own = static_cast<int64_t>(tour::EstimateTourMemory(inputs.request));
+  const int64_t all = own + inputs.plan.memory->bytes() + model_.Estimate();
+  if (const auto most = model_.memory().Most(); most.has_value() && all > *most) {
+    return contract::ErrorWithReason(
+        absl::StatusCode::kResourceExhausted, "PLAN_TOO_LARGE",
+        absl::StrCat("with the model and its problem the tour takes some ", all >> 20,
+                     " MiB, and the server has ", *most >> 20,
+                     " MiB for all models and plans: set a smaller wish.max_candidate_count, use "
+                     "larger viewcells, or have its operator give it more (--memory-mib)"));
+  }
+  absl::StatusOr<MemoryAccount::Reservation> room = model_.Reserve(own);
   if (!room.ok()) return room.status();
   inputs.memory = std::make_shared<MemoryAccount::Reservation>(*std::move(room));
   return inputs;
 }
 
 absl::StatusOr<std::shared_ptr<TourRun>> Tours::Create(const v1::CreateTourRequest& request) {
-  absl::StatusOr<Inputs> inputs = Read(request.wish());
-  if (!inputs.ok()) return inputs.status();
   const auto run = std::make_shared<TourRun>();
+  std::shared_ptr<Evaluation> evaluation;
   {
     std::lock_guard<std::mutex> lock(mutex_);
-    std::erase_if(runs_, [](const std::weak_ptr<TourRun>& other) { return other.expired(); });
+    // One that has ended is still held by whoever reads its last tour.
+    std::erase_if(runs_, [](const std::weak_ptr<TourRun>& weak) {
+      const std::shared_ptr<TourRun> other = weak.lock();
+      return other == nullptr || other->Ended();
+    });
     if (runs_.size() >= dependencies_.limits.running_plans_per_session) {
       return contract::Retryable(absl::StatusCode::kResourceExhausted, "TOO_MANY_TOURS",
                                  absl::StrCat(runs_.size(),
@@ -174,7 +198,8 @@ absl::StatusOr<std::shared_ptr<TourRun>> Tours::Create(const v1::CreateTourReque
                                  kRetryTourAfter);
     }
     // The model stays in memory, and counts as in use.
-    if (!model_.BeginEvaluation()) {
+    evaluation = model_.BeginEvaluation();
+    if (evaluation == nullptr) {
       return contract::Retryable(absl::StatusCode::kResourceExhausted, "TOO_MANY_EVALUATIONS",
                                  "too many positions of this session are being evaluated",
                                  kRetryTourAfter);
@@ -183,41 +208,43 @@ absl::StatusOr<std::shared_ptr<TourRun>> Tours::Create(const v1::CreateTourReque
     // Who came after all were told to stop is told here.
     if (context_.closed() || context_.draining()) run->Stop();
   }
-  preparation_.WhenPrepared(inputs->plan, [this, run, in = *inputs] {
+  // Memory for it is looked for once there is a place, since others' models may have to go for it.
+  absl::StatusOr<Inputs> inputs = Read(request.wish());
+  if (!inputs.ok()) return inputs.status();
+  // However it ends, who waits for it is told.
+  const auto making =
+      std::make_shared<Making>(context_, *std::move(inputs), std::move(evaluation), run);
+  preparation_.WhenPrepared(making->inputs.plan, [this, making, run] {
     context_.Submit(
         execution::JobPriority::kPlan,
-        [this, run, in](parallel::Parallel& parallel) {
-          absl::Status ended = contract::UnlessOutOfMemory([&] {
-            Run(run, in, parallel);
-            return absl::OkStatus();
-          });
-          model_.EndEvaluation();
-          if (!ended.ok()) run->End(std::move(ended));
+        [this, making, run](parallel::Parallel& parallel) {
+          making->end.Answer([&] { return Run(*run, making->inputs, parallel); });
         },
-        in.plan.seconds);
+        making->inputs.plan.seconds);
   });
   return run;
 }
 
-void Tours::Run(const std::shared_ptr<TourRun>& run, const Inputs& inputs,
-                parallel::Parallel& parallel) {
+absl::StatusOr<Tours::Made> Tours::Run(TourRun& run, const Inputs& inputs,
+                                       parallel::Parallel& parallel) {
   const absl::Time began = absl::Now();
   parallel::Budget budget = inputs.plan.budget;
   if (inputs.plan.seconds > 0) {
     budget.deadline = parallel::Budget::Seconds(inputs.plan.seconds).deadline;
   }
-  budget.cancelled = run->stop_.get_token();
+  budget.cancelled = run.stop_.get_token();
   const auto show = [&](const tour::Tour& tour) {
     v1::Tour written = conversion::WriteTour(
         tour, inputs.plan.scanners, inputs.plan.config.required_density, context_.origin());
     written.set_model_version(inputs.plan.model.version);
-    run->Improve(std::move(written));
+    run.Improve(std::move(written));
   };
   const absl::StatusOr<tour::Tour> made = dependencies_.algorithms.make_tour(
       TaskOf(model_, inputs.plan), inputs.request, budget, parallel, show);
   telemetry::ObserveStage(dependencies_.metrics, "tour",
                           absl::ToDoubleSeconds(absl::Now() - began));
-  run->End(WithReason(made.status(), context_.draining()));
+  if (!made.ok()) return WithReason(made.status(), context_.draining());
+  return Made();
 }
 
 void Tours::Stop() {

@@ -68,8 +68,10 @@ class Tours {
     // Besides that of the problem; given back with the last copy.
     std::shared_ptr<MemoryAccount::Reservation> memory;
   };
+  struct Making;
+  struct Made {};
   absl::StatusOr<Inputs> Read(const v1::TourWish& wish);
-  void Run(const std::shared_ptr<TourRun>& run, const Inputs& inputs, parallel::Parallel& parallel);
+  absl::StatusOr<Made> Run(TourRun& run, const Inputs& inputs, parallel::Parallel& parallel);
 
   SessionContext& context_;
   const SessionDependencies& dependencies_;

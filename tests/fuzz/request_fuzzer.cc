@@ -8,6 +8,7 @@
 #include <future>
 #include <memory>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -78,6 +79,21 @@ Handle Of(void (*handler)(const session::TenantSessions&, const Request&,
         if (!request.ParseFromString(bytes)) return absl::OkStatus();
         std::promise<absl::Status> answer;
         handler(sessions, request,
+                [&](absl::StatusOr<Response> response) { answer.set_value(response.status()); });
+        return answer.get_future().get();
+      };
+}
+
+// Of one that ends when its caller has gone, which this one does not.
+template <typename Request, typename Response>
+Handle Of(void (*handler)(const session::TenantSessions&, const Request&, const std::stop_token&,
+                          std::function<void(absl::StatusOr<Response>)>)) {
+  return
+      [handler](const session::TenantSessions& sessions, const std::string& bytes) -> absl::Status {
+        Request request;
+        if (!request.ParseFromString(bytes)) return absl::OkStatus();
+        std::promise<absl::Status> answer;
+        handler(sessions, request, std::stop_token(),
                 [&](absl::StatusOr<Response> response) { answer.set_value(response.status()); });
         return answer.get_future().get();
       };

@@ -18,6 +18,7 @@ absl::StatusOr<std::shared_ptr<const ExpectedSite>> ExpectedSite::Of(
       floors.push_back({columns.Voxel(column), floor.height});
     }
   }
+  floors.shrink_to_fit();  // it is kept
   return absl::WrapUnique<const ExpectedSite>(new ExpectedSite(std::move(view), std::move(floors)));
 }
 

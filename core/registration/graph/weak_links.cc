@@ -138,17 +138,16 @@ absl::Status MeasureLinks(const PoseGraph& graph, const SolvedGraph& solved,
 std::vector<WeakLink> Weakest(const PoseGraph& graph, const SolvedGraph& solved,
                               const PoseCovariances& covariances,
                               const std::vector<connectivity::Bridge>& bridges) {
+  std::vector<size_t> cut_off(graph.links().size(), 0);  // by link; of bridges it is 1 at least
+  for (const connectivity::Bridge& bridge : bridges) cut_off[bridge.link] = bridge.cut_off;
   std::vector<WeakLink> weak;
   for (size_t k = 0; k < solved.datum.links.size(); ++k) {
     if (OfModel(graph, solved.datum.link_of[k])) continue;
     const PoseTerm& link = solved.datum.links[k];
     WeakLink found;
     found.link = solved.datum.link_of[k];
-    const auto bridge =
-        std::find_if(bridges.begin(), bridges.end(),
-                     [&](const connectivity::Bridge& of) { return of.link == found.link; });
-    found.bridge = bridge != bridges.end();
-    if (found.bridge) found.hangs_on = bridge->cut_off;
+    found.hangs_on = cut_off[found.link];
+    found.bridge = found.hangs_on > 0;
     found.relative_sigma = LargestPositionSigma(
         solved.variance_factor *
         RelativeCovariance(RelativeOf(link.a, link.b, solved.poses), covariances.own[link.a],

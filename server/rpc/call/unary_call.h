@@ -8,6 +8,7 @@
 #include <functional>
 #include <memory>
 #include <new>
+#include <stop_token>
 #include <string>
 #include <utility>
 
@@ -30,6 +31,9 @@ class UnaryCall final : public grpc::ServerUnaryReactor,
   using Answer = absl::StatusOr<Response>;
   using Done = std::function<void(Answer)>;
   using AsyncHandler = std::function<void(const session::TenantSessions&, const Request&, Done)>;
+  // One whose work ends soon when the caller has gone: it gave up, or its deadline has passed.
+  using StoppableHandler = void (*)(const session::TenantSessions&, const Request&,
+                                    const std::stop_token& gone, Done);
   using Handler = Answer (*)(const session::TenantSessions&, const Request&);
 
   // `handler` calls its last argument exactly once, on any thread.
@@ -37,6 +41,44 @@ class UnaryCall final : public grpc::ServerUnaryReactor,
                                          grpc::CallbackServerContext* context,
                                          const Request* request, Response* response,
                                          AsyncHandler handler) {
+    return Begin(
+        dependencies, rule, context, request, response,
+        [handler = std::move(handler)](const session::TenantSessions& sessions,
+                                       const Request& asked, const std::stop_token&,
+                                       Done done) { handler(sessions, asked, std::move(done)); });
+  }
+
+  static grpc::ServerUnaryReactor* Start(const RpcDependencies& dependencies, const RpcRule& rule,
+                                         grpc::CallbackServerContext* context,
+                                         const Request* request, Response* response,
+                                         StoppableHandler handler) {
+    return Begin(dependencies, rule, context, request, response, handler);
+  }
+
+  static grpc::ServerUnaryReactor* Start(const RpcDependencies& dependencies, const RpcRule& rule,
+                                         grpc::CallbackServerContext* context,
+                                         const Request* request, Response* response,
+                                         Handler handler) {
+    return Begin(
+        dependencies, rule, context, request, response,
+        [handler](const session::TenantSessions& sessions, const Request& asked,
+                  const std::stop_token&, const Done& done) { done(handler(sessions, asked)); });
+  }
+
+  void OnCancel() override {
+    gone_.request_stop();
+    if (finished_.exchange(true)) return;
+    call_.End(grpc::Status::CANCELLED);
+    Finish(grpc::Status::CANCELLED);
+  }
+  void OnDone() override { self_.reset(); }
+
+ private:
+  template <typename Handle>
+  static grpc::ServerUnaryReactor* Begin(const RpcDependencies& dependencies, const RpcRule& rule,
+                                         grpc::CallbackServerContext* context,
+                                         const Request* request, Response* response,
+                                         Handle handle) {
     std::shared_ptr<UnaryCall> call(new UnaryCall(dependencies, rule, context, response));
     call->self_ = call;
     call->call_.Concerns(*request);
@@ -46,11 +88,11 @@ class UnaryCall final : public grpc::ServerUnaryReactor,
     }
     const telemetry::ScopedLogContext scope(call->call_.context());
     const bool posted =
-        dependencies.tasks.TryPost([call, copy = *request, handler = std::move(handler)] {
+        dependencies.tasks.TryPost([call, copy = *request, handle = std::move(handle)] {
           if (call->finished_) return;  // cancelled while it waited
           try {
-            handler(call->call_.sessions(), copy,
-                    [call](Answer answer) { call->Complete(std::move(answer)); });
+            handle(call->call_.sessions(), copy, call->gone_.get_token(),
+                   [call](Answer answer) { call->Complete(std::move(answer)); });
           } catch (const std::bad_alloc&) {
             call->Complete(contract::OutOfMemory());
           }
@@ -63,28 +105,13 @@ class UnaryCall final : public grpc::ServerUnaryReactor,
     return call.get();
   }
 
-  static grpc::ServerUnaryReactor* Start(const RpcDependencies& dependencies, const RpcRule& rule,
-                                         grpc::CallbackServerContext* context,
-                                         const Request* request, Response* response,
-                                         Handler handler) {
-    return Start(dependencies, rule, context, request, response,
-                 [handler](const session::TenantSessions& sessions, const Request& asked,
-                           const Done& done) { done(handler(sessions, asked)); });
-  }
-
-  void OnCancel() override {
-    if (finished_.exchange(true)) return;
-    call_.End(grpc::Status::CANCELLED);
-    Finish(grpc::Status::CANCELLED);
-  }
-  void OnDone() override { self_.reset(); }
-
- private:
   UnaryCall(const RpcDependencies& dependencies, const RpcRule& rule,
             grpc::CallbackServerContext* context, Response* response)
       : call_(dependencies, rule, *context), context_(context), response_(response) {}
 
   void Complete(Answer answer) {
+    // What was thrown while it was being answered changes nothing.
+    if (answered_.exchange(true)) return;
     // The mutation was made, whether or not the client still waits for the answer.
     call_.Audit(answer.status(), answer.ok() ? &*answer : nullptr);
     if (finished_.exchange(true)) return;
@@ -97,7 +124,9 @@ class UnaryCall final : public grpc::ServerUnaryReactor,
   RpcCall call_;
   grpc::CallbackServerContext* const context_;
   Response* const response_;
+  std::atomic<bool> answered_{false};
   std::atomic<bool> finished_{false};
+  std::stop_source gone_;
   std::shared_ptr<UnaryCall> self_;
 };
 

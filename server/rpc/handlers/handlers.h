@@ -4,6 +4,7 @@
 #define VANTAGE_SERVER_RPC_HANDLERS_HANDLERS_H_
 
 #include <functional>
+#include <stop_token>
 
 #include "absl/status/statusor.h"
 #include "server/session/tenant_sessions.h"
@@ -75,6 +76,7 @@ absl::StatusOr<v1::DeleteRejectionResponse> DeleteRejection(
     const session::TenantSessions& sessions, const v1::DeleteRejectionRequest& request);
 // Answers on the planning pool; `done` is called exactly once.
 void EvaluateView(const session::TenantSessions& sessions, const v1::EvaluateViewRequest& request,
+                  const std::stop_token& gone,
                   std::function<void(absl::StatusOr<v1::EvaluateViewResponse>)> done);
 
 // The model.
@@ -88,6 +90,7 @@ void GetPoseGraph(const session::TenantSessions& sessions, const v1::GetPoseGrap
 void SetSitePrior(const session::TenantSessions& sessions, const v1::SetSitePriorRequest& request,
                   std::function<void(absl::StatusOr<v1::SetSitePriorResponse>)> done);
 void GetSitePrior(const session::TenantSessions& sessions, const v1::GetSitePriorRequest& request,
+                  const std::stop_token& gone,
                   std::function<void(absl::StatusOr<v1::GetSitePriorResponse>)> done);
 absl::StatusOr<v1::ClearSitePriorResponse> ClearSitePrior(const session::TenantSessions& sessions,
                                                           const v1::ClearSitePriorRequest& request);
@@ -105,6 +108,7 @@ absl::StatusOr<v1::DeleteScannerResponse> DeleteScanner(const session::TenantSes
                                                         const v1::DeleteScannerRequest& request);
 // Answers on the planning pool; `done` is called exactly once.
 void ClaimView(const session::TenantSessions& sessions, const v1::ClaimViewRequest& request,
+               const std::stop_token& gone,
                std::function<void(absl::StatusOr<v1::ClaimViewResponse>)> done);
 absl::StatusOr<v1::RenewClaimResponse> RenewClaim(const session::TenantSessions& sessions,
                                                   const v1::RenewClaimRequest& request);

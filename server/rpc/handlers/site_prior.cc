@@ -11,9 +11,8 @@ namespace vantage::rpc::handlers {
 
 void SetSitePrior(const session::TenantSessions& sessions, const v1::SetSitePriorRequest& request,
                   std::function<void(absl::StatusOr<v1::SetSitePriorResponse>)> done) {
-  const auto session = FindSession(sessions, request.parent(), "parent");
+  const auto session = FindForWork(sessions, request);
   if (!session.ok()) return done(session.status());
-  if (absl::Status valid = conversion::CheckRequest(request); !valid.ok()) return done(valid);
   session::PriorSource source;
   if (const std::string& other = request.site_prior().source_session(); !other.empty()) {
     const auto found = FindSession(sessions, other, "site_prior.source_session");
@@ -25,10 +24,11 @@ void SetSitePrior(const session::TenantSessions& sessions, const v1::SetSitePrio
 }
 
 void GetSitePrior(const session::TenantSessions& sessions, const v1::GetSitePriorRequest& request,
+                  const std::stop_token& gone,
                   std::function<void(absl::StatusOr<v1::GetSitePriorResponse>)> done) {
   const auto session = FindSession(sessions, request.parent(), "parent");
   if (!session.ok()) return done(session.status());
-  (*session)->site_priors().Describe(std::move(done));
+  (*session)->site_priors().Describe(request, std::move(done), gone);
 }
 
 absl::StatusOr<v1::ClearSitePriorResponse> ClearSitePrior(

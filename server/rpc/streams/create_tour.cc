@@ -1,5 +1,6 @@
 #include <utility>
 
+#include "server/contract/out_of_memory.h"
 #include "server/rpc/handlers/lookup.h"
 #include "server/rpc/streams/pumped_writer.h"
 #include "server/rpc/streams/streams.h"
@@ -57,7 +58,7 @@ grpc::ServerWriteReactor<v1::CreateTourResponse>* CreateTour(const RpcDependenci
   using Refused = RefusedStream<grpc::ServerWriteReactor<v1::CreateTourResponse>>;
   const auto session = FindForWork(call->sessions(), request);
   if (!session.ok()) return new Refused(*call, session.status(), context);
-  auto run = (*session)->tours().Create(request);
+  auto run = contract::UnlessOutOfMemory([&] { return (*session)->tours().Create(request); });
   if (!run.ok()) return new Refused(*call, run.status(), context);
   return BeginStream<TourStream>(dependencies, call, context, *session, *std::move(run));
 }

@@ -65,7 +65,14 @@ class FlatTour {
   }
   // Tours are then for a scanner that sees `span` (rad); the scans so far stay.
   void UseSector(double span) {
-    scanner_.azimuth_span = span;
+    sensor::ScannerModel sector = scanner_;
+    sector.azimuth_span = span;
+    UseScanner(sector);
+  }
+
+  // Of another setting or preset; the scans so far stay.
+  void UseScanner(const sensor::ScannerModel& scanner) {
+    scanner_ = scanner;
     request_.scanners.front().model = scanner_;
     Prepare();
   }

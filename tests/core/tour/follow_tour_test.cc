@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <string>
 #include <vector>
 
 #include "core/fleet/look_ahead.h"
@@ -168,6 +170,102 @@ TEST_F(FollowTourTest, WhatDoesNotRegisterIsPassedOver) {
   EXPECT_FALSE(plan.followed_tour->station.has_value());
   EXPECT_THAT(plan.followed_tour->message, HasSubstr("not register"));
   EXPECT_EQ(plan.outcome, greedy.outcome);
+}
+
+// Of stations that a scan would register at only in doubt none is gone to, however much it brings;
+// the next that registers is.
+TEST_F(FollowTourTest, ADoubtfulStationIsPassedOverForOneThatRegisters) {
+  std::vector<double> bounds;
+  for (const Eigen::Vector3d& station : stations_) {
+    const planning::ViewEvaluation at = flat_.Evaluate(station);
+    if (at.feasible && at.view.verdict.registered()) bounds.push_back(at.view.verdict.judged_bound);
+  }
+  ASSERT_GT(bounds.size(), 3U);
+  std::sort(bounds.begin(), bounds.end());
+  flat_.config().registration.required_accuracy = bounds[bounds.size() * 3 / 4];
+  flat_.Prepare();
+  const planning::Plan greedy = Plan();
+  size_t doubtful = 0;
+  size_t registered = 0;
+  std::string told;
+  std::vector<Eigen::Vector3d> refused;
+  for (const Eigen::Vector3d& station : stations_) {
+    const registration::RegistrationVerdict at = flat_.Evaluate(station).view.verdict;
+    const planning::Plan plan = Follow(greedy, {station});
+    told += plan.followed_tour->message + "\n";
+    if (plan.followed_tour->station.has_value()) {
+      ++registered;
+      EXPECT_TRUE(plan.views.front().verdict.registered());
+      continue;
+    }
+    if (plan.followed_tour->message.find("not register") == std::string::npos) continue;
+    EXPECT_EQ(Places(plan), Places(greedy));
+    refused.push_back(station);
+    doubtful += at.outcome == registration::RegistrationOutcome::kDoubtful ? 1 : 0;
+  }
+  ASSERT_GT(doubtful, 0U) << told;
+  ASSERT_GT(registered, 0U) << told;
+  const planning::Plan none = Follow(greedy, refused);
+  EXPECT_FALSE(none.followed_tour->station.has_value());
+  const planning::Plan plan = Follow(greedy, stations_);
+  ASSERT_TRUE(plan.followed_tour->station.has_value()) << plan.followed_tour->message;
+  EXPECT_TRUE(plan.views.front().verdict.registered());
+}
+
+// A sector faces somewhere: to where it brings most and registers.
+TEST_F(FollowTourTest, AScannerThatSeesASectorIsToldWhereToFace) {
+  flat_.UseSector(sensor::Radians(100));
+  const planning::Plan greedy = Plan();
+  size_t followed = 0;
+  for (const Eigen::Vector3d& station : stations_) {
+    const planning::Plan plan = Follow(greedy, {station});
+    if (!plan.followed_tour->station.has_value()) continue;
+    ++followed;
+    const planning::RankedView& first = plan.views.front();
+    ASSERT_TRUE(first.heading.has_value());
+    EXPECT_LE((first.position - station).norm(), kSamePlace);
+    const planning::ViewEvaluation there = flat_.Evaluate(first.position, first.heading);
+    EXPECT_TRUE(there.view.verdict.registered());
+    EXPECT_NEAR(first.score, there.view.score, 1e-6 * first.score);
+    // Facing away it would bring less.
+    EXPECT_LT(flat_.Evaluate(first.position, *first.heading + M_PI).view.score, first.score);
+  }
+  EXPECT_GT(followed, 0U);
+}
+
+// The stations of a tour are places: who follows it with another setting is told what that brings.
+TEST_F(FollowTourTest, WithAnotherSettingThanTheToursByWhatThatOneBrings) {
+  sensor::ScannerModel coarse = flat_.scanner();
+  coarse.azimuth_step = coarse.elevation_step = sensor::Radians(0.8);
+  coarse.range_max = 0.5 * coarse.range_max;
+  const planning::Plan fine = Follow(Plan(), stations_);
+  flat_.UseScanner(coarse);
+  const planning::Plan plan = Follow(Plan(), stations_);
+  ASSERT_TRUE(fine.followed_tour->station.has_value());
+  ASSERT_TRUE(plan.followed_tour->station.has_value()) << plan.followed_tour->message;
+  const planning::RankedView& first = plan.views.front();
+  EXPECT_NEAR(first.score, flat_.Evaluate(first.position).view.score, 1e-6 * first.score);
+  EXPECT_LT(first.score, 0.9 * fine.views.front().score);
+}
+
+// Its rays are the plan's: what they cost counts, and where a work limit is spent before, nothing
+// beyond what is done late.
+TEST_F(FollowTourTest, ItsRaysAreWithinThePlansLimit) {
+  const planning::Plan greedy = Plan();
+  const planning::Plan whole = Follow(greedy, stations_);
+  ASSERT_GT(whole.rays, greedy.rays);
+  parallel::Budget spent;
+  spent.work_limit = greedy.rays;
+  const planning::Plan late = Follow(greedy, stations_, spent);
+  EXPECT_LE(late.rays - greedy.rays, whole.rays - greedy.rays);
+  // With all that it takes it is what it is without a limit.
+  parallel::Budget enough;
+  enough.work_limit = 2 * whole.rays;
+  const planning::Plan same = Follow(greedy, stations_, enough);
+  EXPECT_EQ(same.rays, whole.rays);
+  EXPECT_EQ(Places(same), Places(whole));
+  // One that does not follow a tour costs none.
+  EXPECT_EQ(Follow(greedy, {{100, 100, 1.5}}).rays, greedy.rays);
 }
 
 TEST_F(FollowTourTest, AViewWhereThereWasNone) {

@@ -2,8 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/time/clock.h"
@@ -61,8 +64,21 @@ class FleetRpc : public testing::Test {
     return names;
   }
 
+  // Covers are measured once `slow_` is over.
+  session::Algorithms Make() {
+    session::Algorithms algorithms = script_.Make();
+    algorithms.measure_cover = [this, measure = algorithms.measure_cover](auto&&... of) {
+      ++measured_;
+      while (slow_) absl::SleepFor(absl::Milliseconds(2));
+      return measure(std::forward<decltype(of)>(of)...);
+    };
+    return algorithms;
+  }
+
   fixture::Script script_;
-  fixture::InProcess server_{script_.Make()};
+  std::atomic<bool> slow_{false};
+  std::atomic<int> measured_{0};
+  fixture::InProcess server_{Make()};
   const std::string session_ = server_.OpenRoom("job");
 };
 
@@ -97,6 +113,32 @@ TEST_F(FleetRpc, APlaceThatIsClaimedIsRefusedToOthers) {
   EXPECT_EQ(fixture::InfoOf(refused).metadata().at("scanner"), Scanner("red"));
   ASSERT_TRUE(Release(claim.name()).ok());
   EXPECT_TRUE(Claim("blue", second).ok());
+}
+
+// Nobody holds a place whom nobody told so.
+TEST_F(FleetRpc, AClaimWhoseCallerGaveUpIsNotTaken) {
+  v1::Claim red;
+  ASSERT_TRUE(Claim("red", red).ok());
+  v1::ClaimViewRequest request;
+  request.set_parent(session_);
+  request.set_scanner(Scanner("blue"));
+  request.mutable_position()->set_x(3);
+  request.mutable_position()->set_z(1.5);
+  v1::ClaimViewResponse response;
+  slow_ = true;
+  {
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + std::chrono::milliseconds(500));
+    EXPECT_EQ(server_.fleet->ClaimView(&context, request, &response).error_code(),
+              grpc::StatusCode::DEADLINE_EXCEEDED);
+  }
+  while (measured_ == 0) absl::SleepFor(absl::Milliseconds(2));
+  absl::SleepFor(absl::Milliseconds(300));  // the server hears of it
+  slow_ = false;
+  // The same is taken for who waits: the one before has ended by then, one way or the other.
+  grpc::ClientContext context;
+  EXPECT_TRUE(server_.fleet->ClaimView(&context, request, &response).ok());
+  EXPECT_EQ(Claims(), (std::vector<std::string>{red.name(), response.claim().name()}));
 }
 
 TEST_F(FleetRpc, AClaimOfASectorSaysWhereItFaces) {

@@ -6,8 +6,13 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
+#include <cmath>
 #include <future>
 #include <memory>
+#include <new>
+#include <optional>
+#include <stop_token>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,10 +26,13 @@
 #include "core/sensor/encoding.h"
 #include "core/simulation/scenes/small_scenes.h"
 #include "core/simulation/simulated_scanner.h"
+#include "core/site_prior/prior_space.h"
 #include "server/contract/error.h"
 #include "server/conversion/to_proto.h"
 #include "server/session/archive_reader.h"
+#include "server/session/asked_evaluation.h"
 #include "server/session/export.h"
+#include "server/session/plan_inputs.h"
 #include "server/session/site_prior_use.h"
 #include "server/store/memory_store.h"
 #include "tests/server/fixture/script.h"
@@ -63,16 +71,22 @@ std::string BoxObj(double x, double y, double z) {
 
 v1::Vector3 Vector(const Eigen::Vector3d& p) { return conversion::WriteVector(p); }
 
+bool SaysWhenToRetry(const absl::Status& status) {
+  return status.GetPayload("type.googleapis.com/google.rpc.RetryInfo").has_value();
+}
+
 // Whose blobs cannot be read for a while, and that counts how often they are.
 class UnsteadyStore : public store::MemoryStore {
  public:
   UnsteadyStore() : MemoryStore(size_t{256} << 20) {}
   absl::StatusOr<std::string> GetBlob(const std::string& sha256) const override {
     ++read;
+    while (waits) absl::SleepFor(absl::Milliseconds(2));
     if (fails) return absl::UnavailableError("the disk does not answer");
     return MemoryStore::GetBlob(sha256);
   }
   std::atomic<bool> fails{false};
+  std::atomic<bool> waits{false};
   mutable std::atomic<int> read{0};
 };
 
@@ -118,9 +132,12 @@ class SitePriorsTest : public testing::Test {
                               [&](auto response) { answer.set_value(std::move(response)); });
     return answer.get_future().get();
   }
-  static absl::StatusOr<v1::GetSitePriorResponse> Get(Session& session) {
+  static absl::StatusOr<v1::GetSitePriorResponse> Get(Session& session,
+                                                      const v1::GetSitePriorRequest& request = {},
+                                                      const std::stop_token& gone = {}) {
     std::promise<absl::StatusOr<v1::GetSitePriorResponse>> answer;
-    session.site_priors().Describe([&](auto response) { answer.set_value(std::move(response)); });
+    session.site_priors().Describe(
+        request, [&](auto response) { answer.set_value(std::move(response)); }, gone);
     return answer.get_future().get();
   }
   static std::string BlobOf(const Session& session) {
@@ -132,6 +149,14 @@ class SitePriorsTest : public testing::Test {
     v1::ClearSitePriorRequest request;
     request.set_parent("sessions/job");
     return session.site_priors().Clear(request);
+  }
+  // Where the scene lies by its first scan, m, world.
+  Eigen::AlignedBox3d SiteBox() const {
+    Eigen::AlignedBox3d box;
+    for (const Eigen::Vector3f& v : scene_.mesh.vertices) {
+      box.extend(v.cast<double>() - scene_.starts[0]);
+    }
+    return box;
   }
   // From the scene's first start, which lies at `world`.
   void Scan(Session& session, const Eigen::Vector3d& world = Eigen::Vector3d::Zero()) {
@@ -509,12 +534,155 @@ TEST_F(SitePriorsTest, IsMadeOnceForAllWhoAsk) {
   store_.read = 0;
   std::vector<std::promise<absl::Status>> answers(2);
   for (std::promise<absl::Status>& answer : answers) {
-    session_->site_priors().Describe([&](auto response) { answer.set_value(response.status()); });
+    session_->site_priors().Describe({},
+                                     [&](auto response) { answer.set_value(response.status()); });
   }
   for (std::promise<absl::Status>& answer : answers) {
     EXPECT_TRUE(answer.get_future().get().ok());
   }
   EXPECT_EQ(store_.read, 1);
+}
+
+// Whoever lost the answer hears what became of the request, and not of another's prior.
+TEST_F(SitePriorsTest, ARepeatedRequestIsAnsweredByItsOwnPriorOrNotAtAll) {
+  v1::SetSitePriorRequest first = Of(BoxObj(4, 3, 2.6));
+  first.set_request_id("first");
+  first.mutable_site_prior()->set_display_name("first.obj");
+  ASSERT_TRUE(Set(*session_, first).ok());
+  EXPECT_EQ(Set(*session_, first)->site_prior().display_name(), "first.obj");
+  v1::SetSitePriorRequest second = Of(BoxObj(5, 3, 2.6));
+  second.set_request_id("second");
+  second.mutable_site_prior()->set_display_name("second.obj");
+  ASSERT_TRUE(Set(*session_, second).ok());
+  const auto expect_replaced = [&](const v1::SetSitePriorRequest& request) {
+    const absl::Status again = Set(*session_, request).status();
+    EXPECT_EQ(again.code(), absl::StatusCode::kAborted) << again;
+    EXPECT_EQ(contract::ReasonOf(again), "SITE_PRIOR_REPLACED");
+  };
+  expect_replaced(first);
+  EXPECT_EQ(Set(*session_, second)->site_prior().display_name(), "second.obj");
+  v1::SetSitePriorRequest reused = second;
+  reused.mutable_site_prior()->set_display_name("other.obj");
+  EXPECT_EQ(contract::ReasonOf(Set(*session_, reused).status()), "REQUEST_ID_REUSED");
+  ASSERT_TRUE(Clear(*session_).ok());
+  expect_replaced(second);
+  EXPECT_EQ(BlobOf(*session_), "") << "nothing is set by it";
+}
+
+// Its outer walls, where they are at the site.
+TEST_F(SitePriorsTest, ItsWallsAreToldToWhoAsksForThem) {
+  v1::SetSitePriorRequest set = Of(BoxObj(4000, 3000, 2600));
+  v1::SitePrior& prior = *set.mutable_site_prior();
+  prior.set_unit_m(0.001);
+  prior.clear_points();
+  AddPoint(prior, {0, 0, 0}, {10, 20, 0.5});  // turned by a quarter
+  AddPoint(prior, {4000, 0, 0}, {10, 24, 0.5});
+  ASSERT_TRUE(Set(*session_, set).ok());
+  EXPECT_EQ(Get(*session_)->walls_size(), 0) << "they were not asked for";
+  v1::GetSitePriorRequest with;
+  with.set_with_walls(true);
+  const auto placed = Get(*session_, with);
+  ASSERT_TRUE(placed.ok()) << placed.status();
+  ASSERT_EQ(placed->walls_size(), 1);
+  const auto& corners = placed->walls(0).corners();
+  ASSERT_GE(corners.size(), 5);
+  EXPECT_NEAR(corners[0].x(), corners[corners.size() - 1].x(), 1e-6);
+  double length = 0;
+  for (int i = 0; i < corners.size(); ++i) {
+    EXPECT_NEAR(corners[i].z(), 0.5, 0.1);
+    EXPECT_GE(corners[i].x(), 7 - 1e-3);
+    EXPECT_LE(corners[i].x(), 10 + 1e-3);
+    EXPECT_GE(corners[i].y(), 20 - 1e-3);
+    EXPECT_LE(corners[i].y(), 24 + 1e-3);
+    if (i > 0) {
+      length +=
+          std::hypot(corners[i].x() - corners[i - 1].x(), corners[i].y() - corners[i - 1].y());
+    }
+  }
+  EXPECT_NEAR(length, 14, 0.01);
+}
+
+// Where it is known not to lie nobody draws it.
+TEST_F(SitePriorsTest, WallsOfAPriorThatIsElsewhereAreNotTold) {
+  Scan(*session_);
+  v1::SetSitePriorRequest hall = Of(BoxObj(12, 9, 4));
+  hall.mutable_site_prior()->clear_points();
+  AddPoint(*hall.mutable_site_prior(), {0, 0, 0}, {0, 0, -1.5});
+  AddPoint(*hall.mutable_site_prior(), {12, 0, 0}, {12, 0, -1.5});
+  ASSERT_TRUE(Set(*session_, hall).ok());
+  v1::GetSitePriorRequest with;
+  with.set_with_walls(true);
+  auto standing = Get(*session_, with);
+  ASSERT_TRUE(standing.ok()) << standing.status();
+  ASSERT_EQ(standing->standing().state(), v1::SITE_PRIOR_STATE_NOT_ALIGNED);
+  EXPECT_EQ(standing->walls_size(), 0);
+  // What fits is drawn where the scans put it.
+  ASSERT_TRUE(Set(*session_, Request()).ok());
+  standing = Get(*session_, with);
+  ASSERT_TRUE(standing.ok()) << standing.status();
+  ASSERT_EQ(standing->standing().state(), v1::SITE_PRIOR_STATE_ALIGNED);
+  ASSERT_GT(standing->walls_size(), 0);
+  const Eigen::AlignedBox3d box = SiteBox();
+  for (const v1::SitePriorWall& wall : standing->walls()) {
+    for (const v1::Vector3& corner : wall.corners()) {
+      EXPECT_LE(box.exteriorDistance(Eigen::Vector3d(corner.x(), corner.y(), corner.z())), 0.1);
+    }
+  }
+}
+
+// Who has gone is waited for by nobody, and the next one gets an answer.
+TEST_F(SitePriorsTest, IsNotComparedForWhoHasGone) {
+  ASSERT_TRUE(Set(*session_, Request()).ok());
+  std::stop_source gone;
+  gone.request_stop();
+  store_.read = 0;
+  EXPECT_FALSE(Get(*session_, {}, gone.get_token()).ok());
+  EXPECT_TRUE(Get(*session_).ok());
+}
+
+// Who waits for a prior that another's call is making ends when its caller has gone, and when the
+// server shuts down; a claim that nobody waits for is not taken.
+TEST_F(SitePriorsTest, AClaimWaitsForItNoLongerThanItsCallerDoes) {
+  Scan(*session_);
+  for (const char* id : {"red", "blue"}) {
+    v1::CreateScannerRequest request;
+    request.set_scanner_id(id);
+    request.mutable_scanner();
+    ASSERT_TRUE(session_->scanners().Create(request).ok());
+  }
+  ASSERT_TRUE(Set(*session_, Request()).ok());
+  ASSERT_TRUE(host_.registry.WaitUntilIdle(std::chrono::seconds(60)));
+  using Answer = absl::StatusOr<v1::ClaimViewResponse>;
+  const auto claim = [&](const char* id, double x, const std::stop_token& gone) {
+    v1::ClaimViewRequest request;
+    request.set_scanner(absl::StrCat("sessions/job/scanners/", id));
+    request.mutable_position()->set_x(x);
+    auto answer = std::make_shared<std::promise<Answer>>();
+    session_->claims().Take(
+        request, [answer](Answer response) { answer->set_value(std::move(response)); }, "", gone);
+    return answer->get_future();
+  };
+  ASSERT_TRUE(claim("red", 0, {}).get().ok());
+  session_->model().site_prior().Forget();
+  store_.read = 0;
+  store_.waits = true;
+  std::promise<absl::Status> described;
+  session_->site_priors().Describe({}, [&](auto r) { described.set_value(r.status()); });
+  while (store_.read == 0) absl::SleepFor(absl::Milliseconds(1));
+  std::stop_source gone;
+  std::future<Answer> waiting = claim("blue", 1, gone.get_token());
+  EXPECT_EQ(waiting.wait_for(std::chrono::milliseconds(200)), std::future_status::timeout);
+  gone.request_stop();
+  EXPECT_EQ(waiting.wait_for(std::chrono::seconds(20)), std::future_status::ready);
+  std::future<Answer> draining = claim("blue", 1, {});
+  session_->claims().Stop();
+  EXPECT_EQ(draining.wait_for(std::chrono::seconds(20)), std::future_status::ready);
+  store_.waits = false;
+  EXPECT_FALSE(waiting.get().ok());
+  EXPECT_EQ(contract::ReasonOf(draining.get().status()), "DRAINING");
+  EXPECT_TRUE(described.get_future().get().ok());
+  bool more = false;
+  EXPECT_EQ(session_->claims().List("", 10, more)->size(), 1U);
 }
 
 TEST_F(SitePriorsTest, CanBeTakenOutWithoutAName) {
@@ -617,7 +785,9 @@ TEST_F(SitePriorsTest, StaysWithinTheServersMemory) {
     ASSERT_TRUE(Set(*session, Of(BoxObj(12, 9, 3))).ok());
     EXPECT_EQ(memory.used(), int64_t{100} << 20) << "what it took is given back";
     others->Set((int64_t{2} << 30) - (int64_t{20} << 20));
-    EXPECT_EQ(contract::ReasonOf(Get(*session).status()), "MEMORY_SHORT");
+    const absl::Status now = Get(*session).status();
+    EXPECT_EQ(contract::ReasonOf(now), "MEMORY_SHORT");
+    EXPECT_TRUE(SaysWhenToRetry(now)) << "it passes";
     others->Release();
     ASSERT_TRUE(Get(*session).ok());
     const int64_t held = memory.used();
@@ -629,6 +799,285 @@ TEST_F(SitePriorsTest, StaysWithinTheServersMemory) {
     EXPECT_EQ(memory.used(), 0);
   }
   timer.Stop();
+}
+
+// A host with so much memory for models and plans.
+class SitePriorMemoryTest : public SitePriorsTest {
+ protected:
+  ~SitePriorMemoryTest() override {
+    own_.reset();
+    small_.reset();
+    timer_.Stop();
+  }
+  Session& Begin(int64_t mebibytes, Algorithms algorithms = Algorithms::Core(),
+                 contract::Limits limits = {}) {
+    memory_.emplace(mebibytes << 20);
+    small_ = std::make_unique<SessionRegistry>(SessionDependencies{
+        own_store_, pool_of_jobs_, timer_, log_, limits, std::move(algorithms),
+        fixture::FixtureTime, nullptr, &*memory_, fixture::SeenBy(fixture::FixtureTime)});
+    own_ = fixture::OpenSession(*small_, "job");
+    return *own_;
+  }
+  // The same sessions in a host with another amount.
+  Session& Restart(int64_t mebibytes) {
+    own_.reset();
+    small_.reset();
+    memory_.emplace(mebibytes << 20);
+    small_ = std::make_unique<SessionRegistry>(
+        SessionDependencies{own_store_,
+                            pool_of_jobs_,
+                            timer_,
+                            log_,
+                            {},
+                            Algorithms::Core(),
+                            fixture::FixtureTime,
+                            nullptr,
+                            &*memory_,
+                            fixture::SeenBy(fixture::FixtureTime)});
+    EXPECT_TRUE(small_->LoadAll().ok());
+    own_ = small_->Find("job").value();
+    own_->WaitUntilIdle();
+    return *own_;
+  }
+
+  UnsteadyStore own_store_;
+  telemetry::Log log_ = telemetry::Log::Silent();
+  execution::Timer timer_;
+  execution::PlanningPool pool_of_jobs_{2, 8};
+  std::optional<MemoryAccount> memory_;
+  std::unique_ptr<SessionRegistry> small_;
+  std::shared_ptr<Session> own_;
+};
+
+// What can never fit is no shortage that passes: nobody is told to try again.
+TEST_F(SitePriorMemoryTest, WhatNeverFitsIsRefusedForGood) {
+  Session& session = Begin(160);
+  const absl::Status large = Set(session, Of(BoxObj(60, 40, 3))).status();
+  EXPECT_EQ(large.code(), absl::StatusCode::kResourceExhausted) << large;
+  EXPECT_EQ(contract::ReasonOf(large), "FILE_TOO_LARGE");
+  EXPECT_FALSE(SaysWhenToRetry(large));
+  EXPECT_THAT(
+      large.message(),
+      testing::AllOf(HasSubstr("file: "), HasSubstr("the server has 160 MiB"),
+                     HasSubstr("give the part that is to be scanned"), HasSubstr("--memory-mib")));
+  // What its reader takes, of a picture, is more than there is.
+  v1::SetSitePriorRequest picture = Of("\x89PNG\r\n\x1a\n");
+  picture.mutable_site_prior()->set_unit_m(0.05);
+  const absl::Status unread = Set(session, picture).status();
+  EXPECT_EQ(contract::ReasonOf(unread), "FILE_TOO_LARGE");
+  EXPECT_THAT(unread.message(), HasSubstr("a mesh instead of a plan"));
+  EXPECT_EQ(memory_->used(), 0);
+}
+
+// One that was set where there was more memory: it is not used, and the job goes on without it.
+TEST_F(SitePriorMemoryTest, WhatNeverFitsAnyMoreIsUnusableAndPlansGoOnWithoutIt) {
+  {
+    Session& session = Begin(4096);
+    Scan(session);
+    ASSERT_TRUE(Set(session, Of(BoxObj(60, 40, 3))).ok());
+    session.WaitUntilIdle();
+  }
+  Session& session = Restart(160);
+  for (int i = 0; i < 600 && session.model().Current().view == nullptr; ++i) {
+    session.model().WhyNone().IgnoreError();
+    absl::SleepFor(absl::Milliseconds(50));
+  }
+  const auto standing = Get(session);
+  ASSERT_TRUE(standing.ok()) << standing.status();
+  EXPECT_EQ(standing->standing().state(), v1::SITE_PRIOR_STATE_UNUSABLE);
+  EXPECT_THAT(standing->standing().message(),
+              testing::AllOf(HasSubstr("the prior is not used"), HasSubstr("--memory-mib")));
+  const v1::Plan plan = Plan(session);
+  EXPECT_EQ(plan.state(), v1::PLAN_STATE_SUCCEEDED) << plan.state_message();
+}
+
+// Nobody else's model goes for what nobody asked for.
+TEST_F(SitePriorMemoryTest, WhatIsPreparedAheadTakesSpareMemoryOnly) {
+  Session& session = Begin(2048);
+  Scan(session);
+  ASSERT_TRUE(Set(session, Request()).ok());
+  ASSERT_TRUE(small_->WaitUntilIdle(std::chrono::seconds(60)));
+  std::atomic<int> shortages{0};
+  memory_->OnShortage([&](const MemoryAccount::Shortage&) { ++shortages; });
+  session.model().prepared().Forget();
+  session.model().site_prior().Forget();
+  // What is left is enough for the plan, and not for its prior besides.
+  const int64_t budget = memory_->budget();
+  const int64_t left = budget / 8 + (int64_t{512} << 20);
+  auto others = memory_->Take("", budget - memory_->used() - left);
+  ASSERT_TRUE(others.has_value());
+  shortages = 0;
+  v1::CreatePlanRequest expected;
+  absl::StatusOr<PlanInputs> inputs = ReadInputsOfPlan(session, session.model(), expected);
+  ASSERT_TRUE(inputs.ok()) << inputs.status();
+  ASSERT_TRUE(ReserveSpareMemory(session.model(), *inputs));
+  others->Set(others->bytes() + (memory_->budget() - memory_->used()) - (int64_t{8} << 20));
+  const auto ahead = SiteOf(session.model(), *inputs, {});
+  EXPECT_EQ(contract::ReasonOf(ahead.status()), "MEMORY_SHORT");
+  EXPECT_EQ(shortages, 0);
+  // Who asks for it is given what others can do without.
+  inputs->wanted = SitePriorUse::Wanted::kAsked;
+  EXPECT_EQ(contract::ReasonOf(SiteOf(session.model(), *inputs, {}).status()), "MEMORY_SHORT");
+  EXPECT_GT(shortages, 0);
+  memory_->OnNoShortage();
+}
+
+// It is unfolded within the server's memory, also where it comes in an archive.
+TEST_F(SitePriorMemoryTest, AnImportedPriorIsUnfoldedWithinTheServersMemory) {
+  std::string large = BoxObj(4, 3, 2.6) + "v 1 1 0\nv 1.01 1 0\nv 1 1.01 0\n";
+  for (int i = 0; i < 200'000; ++i) absl::StrAppend(&large, "f 9 10 11\n");
+  const absl::Status set = Set(*session_, Of(large)).status();
+  ASSERT_TRUE(set.ok()) << set;
+  const std::string archive = Archive(session_);
+  Begin(64);
+  auto others = memory_->Take("", int64_t{62} << 20);
+  const auto import = [&] { return Import(*small_, archive).status(); };
+  const absl::Status unread = import();
+  EXPECT_EQ(contract::ReasonOf(unread), "MEMORY_SHORT") << unread;
+  others->Release();
+  EXPECT_TRUE(import().ok());
+  EXPECT_LT(memory_->used(), 4096) << "but for an empty model";
+}
+
+// Nor is a plan told to try again that never fits beside the prior that it needs.
+TEST_F(SitePriorMemoryTest, APlanThatNeverFitsBesideItIsTooLarge) {
+  Session& session = Begin(1024);
+  ASSERT_TRUE(Set(session, Of(BoxObj(12, 9, 3))).ok());
+  std::optional<SitePriorQuestion> question;
+  session.journal().Read([&](const SessionState& state) {
+    question = SitePriorOf(state, session.origin(), own_store_);
+  });
+  const auto view = std::make_shared<model::PlanningView>(session.model().config().voxel_size, 0,
+                                                          std::vector<model::BrickAt>(),
+                                                          std::vector<model::Station>());
+  using Asker = SitePriorUse::Asker;
+  const absl::Status large =
+      session.model()
+          .site_prior()
+          .Of(*question, view, Asker{SitePriorUse::Wanted::kAsked, int64_t{1020} << 20}, {})
+          .status();
+  EXPECT_EQ(contract::ReasonOf(large), "PLAN_TOO_LARGE") << large;
+  EXPECT_FALSE(SaysWhenToRetry(large));
+  const auto use = session.model().site_prior().Of(*question, view, Asker{}, {});
+  ASSERT_TRUE(use.ok()) << use.status();
+  EXPECT_EQ((*use)->standing.state, site_prior::PriorState::kPlaced) << "it is no verdict";
+}
+
+// All of what waits or is kept is counted.
+TEST_F(SitePriorMemoryTest, WhatIsKeptIsCountedWhole) {
+  Session& session = Begin(2048);
+  ASSERT_TRUE(Set(session, Of(BoxObj(12, 9, 3))).ok());
+  ASSERT_TRUE(Get(session).ok());
+  const SitePriorQuestion question = [&] {
+    std::optional<SitePriorQuestion> asked;
+    session.journal().Read([&](const SessionState& state) {
+      asked = SitePriorOf(state, session.origin(), own_store_);
+    });
+    return *asked;
+  }();
+  const auto use = session.model().site_prior().Last(question);
+  ASSERT_NE(use, nullptr);
+  ASSERT_NE(use->site, nullptr);
+  const auto site = static_cast<int64_t>(site_prior::BytesOf(use->site->view()) +
+                                         use->site->floors().size_bytes());
+  EXPECT_GT(use->site->floors().size(), 10'000U) << "a column of voxels each";
+  // What it was made from goes; what somebody plans with stays, and counts.
+  EXPECT_GT(session.model().site_prior().Forget(), 12 * 9 * 2 * 400);
+  EXPECT_EQ(memory_->used(), site);
+}
+
+// What somebody sends counts for the tenant's quota before it is stored.
+TEST_F(SitePriorMemoryTest, IsStoredWithinTheTenantsQuota) {
+  contract::Limits limits;
+  limits.tenant_bytes = 32 << 10;
+  Session& session = Begin(2048, Algorithms::Core(), limits);
+  std::string detailed = BoxObj(4, 3, 2.6);
+  for (int i = 0; i < 3000; ++i) {
+    const double a = 1 + std::fmod(i * 0.6180339, 2.0);
+    const double b = 1 + std::fmod(i * 0.7548776, 1.0);
+    const double c = std::fmod(i * 0.5698402, 2.0);
+    absl::StrAppend(&detailed, absl::StrFormat("v %.7f %.7f %.7f\nv %.7f %.7f %.7f\nv %.7f %.7f "
+                                               "%.7f\nf -1 -2 -3\n",
+                                               a, b, c, a + 0.01, b, c, a, b + 0.01, c));
+  }
+  const absl::Status full = Set(session, Of(detailed)).status();
+  EXPECT_EQ(full.code(), absl::StatusCode::kResourceExhausted) << full;
+  EXPECT_EQ(contract::ReasonOf(full), "QUOTA_EXCEEDED");
+  EXPECT_EQ(BlobOf(session), "");
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_TRUE(Set(session, Of(BoxObj(4 + i, 3, 2.6))).ok()) << "one in place of the other";
+  }
+}
+
+// A tour that never fits, either, says what helps; one that has ended is in nobody's way.
+TEST_F(SitePriorMemoryTest, ToursThatNeverFitAreRefusedForGoodAndThoseThatEndedAreOver) {
+  contract::Limits limits;
+  limits.running_plans_per_session = 1;
+  limits.evaluations = 1;
+  Session& session = Begin(640, Algorithms::Core(), limits);
+  Scan(session);
+  v1::CreateTourRequest request;
+  request.set_parent("sessions/job");
+  request.mutable_wish()->set_work_limit_rays(200'000);
+  const absl::Status large = session.tours().Create(request).status();
+  EXPECT_EQ(contract::ReasonOf(large), "PLAN_TOO_LARGE") << large;
+  EXPECT_FALSE(SaysWhenToRetry(large));
+  EXPECT_THAT(large.message(), HasSubstr("wish.max_candidate_count"));
+  request.mutable_wish()->set_max_candidate_count(20);
+  std::vector<std::shared_ptr<TourRun>> held;
+  for (int i = 0; i < 2; ++i) {
+    const auto run = session.tours().Create(request);
+    ASSERT_TRUE(run.ok()) << run.status();
+    for (int k = 0; k < 3000 && !(*run)->Ended(); ++k) absl::SleepFor(absl::Milliseconds(10));
+    const TourRun::News news = (*run)->Take();
+    EXPECT_TRUE(news.status.ok()) << news.status;
+    EXPECT_TRUE(news.tour.has_value());
+    EXPECT_FALSE(session.model().InUse()) << "who is told that it ended may ask for the next";
+    held.push_back(*run);
+  }
+}
+
+// However its work ends, the session has its place for another.
+TEST_F(SitePriorMemoryTest, AnEvaluationEndsWhateverIsThrown) {
+  Evaluations evaluations;
+  std::shared_ptr<Evaluation> one = evaluations.Begin(1);
+  ASSERT_NE(one, nullptr);
+  EXPECT_EQ(evaluations.Begin(1), nullptr);
+  one->End();
+  one->End();  // once
+  EXPECT_FALSE(evaluations.any());
+  EXPECT_THROW(
+      {
+        const auto held = evaluations.Begin(1);
+        throw std::bad_alloc();
+      },
+      std::bad_alloc);
+  EXPECT_FALSE(evaluations.any());
+
+  // Who is answered may ask for the next at once.
+  bool rests = false;
+  absl::Status told;
+  const auto done = [&](const absl::StatusOr<int>& answer) {
+    rests = !evaluations.any();
+    told = answer.status();
+  };
+  {
+    AskedEvaluation<int> asked(*session_, evaluations.Begin(1), done);
+    asked.Answer([]() -> absl::StatusOr<int> { throw std::bad_alloc(); });
+  }
+  EXPECT_TRUE(rests);
+  EXPECT_EQ(contract::ReasonOf(told), "MEMORY_SHORT");
+  { const AskedEvaluation<int> dropped(*session_, evaluations.Begin(1), done); }
+  EXPECT_TRUE(rests);
+  EXPECT_EQ(contract::ReasonOf(told), "DRAINING");
+  EXPECT_THROW(
+      {
+        const AskedEvaluation<int> asked(*session_, evaluations.Begin(1), done);
+        throw std::bad_alloc();
+      },
+      std::bad_alloc);
+  EXPECT_EQ(contract::ReasonOf(told), "MEMORY_SHORT");
+  EXPECT_FALSE(evaluations.any());
 }
 
 }  // namespace

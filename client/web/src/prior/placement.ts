@@ -1,10 +1,9 @@
 // Where a plan or a model of a building lies at the site: told by two places in it and at the site.
 import { create } from "@bufbuild/protobuf";
 import type { Point } from "../draw/projection";
-import { SitePriorPointSchema, type SitePrior, type SitePriorPoint } from "../gen/vantage/v1/site_prior_pb";
-import { SitePriorFormat, SitePriorState, type SitePriorStanding } from "../gen/vantage/v1/site_prior_pb";
-import { headingOf } from "../job/heading";
-import type { Outline } from "./outlines";
+import { SitePriorPointSchema, type SitePriorPoint } from "../gen/vantage/v1/site_prior_pb";
+import { SitePriorFormat, type GetSitePriorResponse } from "../gen/vantage/v1/site_prior_pb";
+import { extent, type Outline } from "./outlines";
 
 // A place in the file's own coordinates seen from above (outlines.ts), and the same at the site, m, world.
 export interface Pair {
@@ -68,25 +67,15 @@ export function unitThatFits(a: Pair, b: Pair): number | undefined {
   return [1, 0.001, 0.01, 0.3048, 0.0254].find((unit) => misplaced(a, b, unit) === "");
 }
 
-// The outlines at the site, m, world: where its standing has it. None where it is known not to lie there.
-export function atSite(prior: SitePrior, standing: SitePriorStanding | undefined, outlines: readonly Outline[]) {
-  const at = standing?.pose?.translation;
-  const unused = [SitePriorState.NOT_ALIGNED, SitePriorState.REFUTED, SitePriorState.UNUSABLE];
-  if (standing === undefined || at === undefined || unused.includes(standing.state)) return [];
-  const turn = headingOf(standing.pose?.rotation);
-  const [c, s] = [Math.cos(turn), Math.sin(turn)];
-  const scale = (standing.scale || 1) * (prior.unitM || 1);
-  // What is smaller in a picture is a letter or a symbol, m; nobody expects it.
-  const least = prior.format === SitePriorFormat.PICTURE ? 0.6 : 0;
-  return outlines
-    .map((outline) =>
-      outline.map(({ x, y }) => ({ x: at.x + scale * (c * x - s * y), y: at.y + scale * (s * x + c * y) })),
-    )
-    .filter((outline) => least === 0 || spans(outline) > least);
+// Its walls as the server has them at the site, m, world, with the height of the floor that they stand on.
+export interface PlacedWall {
+  outline: Outline;
+  floor: number;
 }
-
-function spans(outline: Outline): number {
-  const xs = outline.map((point) => point.x);
-  const ys = outline.map((point) => point.y);
-  return Math.max(Math.max(...xs) - Math.min(...xs), Math.max(...ys) - Math.min(...ys));
+export function atSite(answer: GetSitePriorResponse): PlacedWall[] {
+  // What is smaller in a picture is a letter or a symbol, m; nobody expects it.
+  const least = answer.sitePrior?.format === SitePriorFormat.PICTURE ? 0.6 : 0;
+  return answer.walls
+    .map(({ corners }) => ({ outline: corners.map(({ x, y }) => ({ x, y })), floor: corners[0]?.z ?? 0 }))
+    .filter(({ outline }) => outline.length > 1 && (least === 0 || extent(outline) > least));
 }

@@ -1,6 +1,7 @@
 import { create } from "@bufbuild/protobuf";
 import { expect, test } from "vitest";
 import {
+  GetSitePriorResponseSchema,
   SitePriorFormat,
   SitePriorSchema,
   SitePriorStandingSchema,
@@ -9,7 +10,6 @@ import {
 import { ScanSchema } from "../../src/gen/vantage/v1/scan_pb";
 import { firstScanMarks } from "../../src/draw/marks";
 import type { Site } from "../../src/job/site";
-import { upright } from "../../src/job/heading";
 import { cell, type FloorPlan } from "../../src/model/floor_plan";
 import { likelyUnit, likelyYUp, wallsOf, type ChosenFile } from "../../src/prior/chosen_file";
 import { dxfOutlines } from "../../src/prior/dxf_outlines";
@@ -274,35 +274,39 @@ test("a distance gives a picture its scale, and what cannot be is said before it
   expect(unitThatFits(pair(0, 0, 0, 0), pair(77, 0, 9, 0.3))).toBeUndefined();
 });
 
-const standing = (state: SitePriorState, more = {}) =>
-  create(SitePriorStandingSchema, {
-    state,
-    scale: 1,
-    pose: { translation: { x: 10, y: 20, z: 0 }, rotation: upright(Math.PI / 2) },
-    ...more,
-  });
+const standing = (state: SitePriorState, more = {}) => create(SitePriorStandingSchema, { state, scale: 1, ...more });
 
-test("its walls lie where the scans put them, and nowhere where it is not used", () => {
-  const prior = create(SitePriorSchema, { unitM: 0.01, format: SitePriorFormat.PICTURE });
-  const wall = [
-    { x: 0, y: 0 },
-    { x: 100, y: -200 },
-  ];
-  const letter = [
-    { x: 0, y: 0 },
-    { x: 25, y: 0 },
-  ];
-  const [at, ...others] = atSite(prior, standing(SitePriorState.ALIGNED, { scale: 2 }), [wall, letter]);
+test("its walls lie where the server has them, without what is a letter in a picture", () => {
+  const answer = (format: SitePriorFormat) =>
+    create(GetSitePriorResponseSchema, {
+      sitePrior: { format },
+      walls: [
+        {
+          corners: [
+            { x: 10, y: 20, z: 2.8 },
+            { x: 14, y: 22, z: 2.8 },
+          ],
+        },
+        {
+          corners: [
+            { x: 1, y: 1, z: 0 },
+            { x: 1.5, y: 1, z: 0 },
+          ],
+        },
+        { corners: [{ x: 1, y: 1, z: 0 }] },
+      ],
+    });
+  expect(atSite(answer(SitePriorFormat.DXF)).map(({ floor }) => floor)).toEqual([2.8, 0]);
+  const [wall, ...others] = atSite(answer(SitePriorFormat.PICTURE));
   expect(others).toEqual([]);
-  expect(at![0]).toEqual({ x: 10, y: 20 });
-  // Turned by a quarter to the left, and twice as large.
-  expect(at![1]!.x).toBeCloseTo(14);
-  expect(at![1]!.y).toBeCloseTo(22);
-  for (const state of [SitePriorState.NOT_ALIGNED, SitePriorState.REFUTED, SitePriorState.UNUSABLE])
-    expect(atSite(prior, standing(state), [wall])).toEqual([]);
-  for (const state of [SitePriorState.PLACED, SitePriorState.NOT_ENOUGH_SEEN])
-    expect(atSite(prior, standing(state), [wall]).length).toBe(1);
-  expect(atSite(prior, undefined, [wall])).toEqual([]);
+  expect(wall).toEqual({
+    outline: [
+      { x: 10, y: 20 },
+      { x: 14, y: 22 },
+    ],
+    floor: 2.8,
+  });
+  expect(atSite(create(GetSitePriorResponseSchema, {}))).toEqual([]);
 });
 
 test("what is measured is not drawn as expected any more", () => {

@@ -72,3 +72,31 @@ test("nothing is asked while the page is hidden, nor where there is none", async
   await vi.advanceTimersByTimeAsync(100_000);
   expect(getSitePrior).toHaveBeenCalledTimes(2);
 });
+
+test("its walls are drawn on any tablet, each on the storey that it stands on, and gone with it", async () => {
+  const of = job();
+  const existing = new ExistingPlan(of.job);
+  const corners = (z: number) => [
+    { x: 0, y: 0, z },
+    { x: 4, y: 0, z },
+  ];
+  getSitePrior.mockResolvedValueOnce(
+    create(GetSitePriorResponseSchema, {
+      sitePrior: { displayName: "house.obj" },
+      standing: { state: SitePriorState.ALIGNED },
+      walls: [{ corners: corners(-1.4) }, { corners: corners(1.5) }],
+    }),
+  );
+  await existing.read();
+  expect(getSitePrior).toHaveBeenCalledWith({ parent: "sessions/s", withWalls: true }, expect.anything());
+  expect(existing.wallsOn({ floor: -1.5, top: 1.2 }, 2).length).toBe(1);
+  expect(existing.wallsOn({ floor: 1.4, top: 4 }, 2).length).toBe(1);
+  expect(existing.wallsOn({ floor: 4.5, top: 7 }, 3)).toEqual([]);
+  expect(existing.wallsOn({ floor: -1.5, top: 1.2 }, 1).length).toBe(2);
+  // Where it is known not to lie there the server tells none.
+  getSitePrior.mockResolvedValueOnce(
+    create(GetSitePriorResponseSchema, { standing: { state: SitePriorState.NOT_ALIGNED } }),
+  );
+  await existing.read();
+  expect(existing.wallsOn({ floor: -1.5, top: 1.2 }, 1)).toEqual([]);
+});
