@@ -13,7 +13,8 @@ namespace {
 // m at the site:
 constexpr double kCut = 1.3;       // over the floor: over tables and under lintels
 constexpr double kLevelBin = 0.1;  // heights of level surface are told apart by
-constexpr double kOneFloor = 1.0;  // a ceiling and the floor on it are no farther apart
+constexpr double kSlab = 0.6;      // a ceiling and the floor on it are no farther apart
+constexpr double kOneFloor = 1.0;  // over a floor: desks and platforms, and no other floor
 constexpr double kSameCorner = 0.002;
 constexpr double kLeastLine = 0.1;
 constexpr double kFacesUp = 0.9;      // |cosine| of level surface
@@ -47,17 +48,17 @@ std::vector<float> FloorsOf(const PriorMesh& mesh, double scale) {
   for (const auto& [height, area] : areas) largest = std::max(largest, area);
   std::erase_if(areas, [&](const auto& level) { return level.second < kPartOfFloor * largest; });
   std::vector<float> floors;
-  double last = -std::numeric_limits<double>::infinity();
+  double first = -std::numeric_limits<double>::infinity();
   for (const auto& [height, area] : areas) {
     const double z = (height + 0.5) * bin;
-    if (z - last < kOneFloor / scale) {
+    if (z - first < kSlab / scale) {
       floors.back() = static_cast<float>(z);  // of a slab the upper side
-    } else if (floors.size() == kMostFloors) {
-      break;
-    } else {
-      floors.push_back(static_cast<float>(z));
+      continue;
     }
-    last = z;
+    if (z - first < kOneFloor / scale) continue;  // desks and platforms
+    if (floors.size() == kMostFloors) break;
+    floors.push_back(static_cast<float>(z));
+    first = z;
   }
   if (floors.empty() && std::isfinite(lowest)) floors.push_back(lowest);
   return floors;

@@ -270,6 +270,7 @@ Arrangement Arranger::Arrange(std::span<const uint32_t> stations, size_t steps,
   Arrangement made;
   std::vector<uint32_t> left(stations.begin(), stations.end());
   bool settled = false;
+  bool rivals_asked = false;
   for (int round = 0;; ++round) {
     // What is left out in the end needs no better order than there is.
     Schedule(left, settled ? steps / kFewSteps : steps, budget, parallel, made);
@@ -279,11 +280,13 @@ Arrangement Arranger::Arrange(std::span<const uint32_t> stations, size_t steps,
     }
     const size_t removed = removed_links_.size() + not_anchored_.size();
     // Rivals are looked for in an order that is possible without them.
-    const bool all = Check(OverlapTable::Judging::kBeforeRivals, budget, parallel, made) &&
-                     Check(OverlapTable::Judging::kWhole, budget, parallel, made);
-    // An order by the same links would be the same order.
-    settled =
-        settled || round + 1 >= kOrders || removed_links_.size() + not_anchored_.size() == removed;
+    const bool before = Check(OverlapTable::Judging::kBeforeRivals, budget, parallel, made);
+    const bool all = before && Check(OverlapTable::Judging::kWhole, budget, parallel, made);
+    // An order by the same links would be the same order. What rivals say is news, once, whatever
+    // was tried without them.
+    const bool news = removed_links_.size() + not_anchored_.size() > removed;
+    settled = (settled || round + 1 >= kOrders || !news) && !(before && !rivals_asked && news);
+    rivals_asked = rivals_asked || before;
     // Where a room is closed whenever a scanner could be in it, or nothing ties a station to the
     // rest, no order helps.
     std::vector<uint32_t> drop;

@@ -332,7 +332,7 @@ uint64_t EstimateTourMemory(const TourRequest& request) {
   // Cells that are counted and checked, with what scorers read of them, twice while they are made.
   constexpr uint64_t kBytesOfCell = 120;
   return candidates * each + 2 * (kElements + kChecked) * kBytesOfCell +
-         registration::FieldAllOver::MostBytes();
+         registration::FieldAllOver::EstimatedBytes();
 }
 
 }  // namespace vantage::tour

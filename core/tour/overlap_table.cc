@@ -55,15 +55,16 @@ absl::StatusOr<OverlapTable> OverlapTable::Create(const planning::PlanningProble
     if (part == 0) {
       surface = planning::OverlapSurface::Create(problem.view(), problem.grid(), problem.scene(),
                                                  problem.scanner(), parallel, cancelled);
-    } else if (!cancelled.Requested()) {
-      // Verdicts are asked for by the hundred.
+    } else if (!cancelled.Requested() &&
+               registration::FieldAllOver::Serves(problem.view(), problem.config().registration)) {
+      // Verdicts are asked for by the hundred. Of a larger site each makes its own.
       all_over = std::make_shared<const registration::FieldAllOver>(
           problem.view(), problem.config().registration, parallel);
     }
   });
   if (!surface.ok()) return surface.status();
-  if (all_over == nullptr) return absl::CancelledError("overlap table");
-  surface->LookForRivalsIn(std::move(all_over));
+  if (cancelled.Requested()) return absl::CancelledError("overlap table");
+  if (all_over != nullptr) surface->LookForRivalsIn(std::move(all_over));
   OverlapTable table(problem, *std::move(surface));
   const planning::CellArrays& cells = table.surface_.cells();
   const double voxel = problem.model().voxel_size();

@@ -119,7 +119,8 @@ Html LinkTable(const JobRecord& job, const std::vector<NumberedScan>& scans, con
   for (size_t i = 0; i < order.size(); ++i) order[i] = static_cast<int>(i);
   const auto strength = [&](int i) {
     const v1::ScanLink& link = job.graph.links(i);
-    return std::tuple(!link.in_doubt(), link.constrained_direction_count(),
+    const bool suspect = i < job.graph.link_test_ratios_size() && job.graph.link_test_ratios(i) > 1;
+    return std::tuple(!link.in_doubt() && !suspect, link.constrained_direction_count(),
                       link.correspondence_count());
   };
   std::stable_sort(order.begin(), order.end(),

@@ -7,6 +7,7 @@
 #include <new>
 #include <utility>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "server/contract/out_of_memory.h"
 #include "server/session/evaluations.h"
@@ -29,7 +30,7 @@ class AskedEvaluation {
     try {
       Give(context_.Dropped());
     } catch (const std::bad_alloc&) {
-      // There is no memory to say so.
+      Give(absl::Status(absl::StatusCode::kResourceExhausted, ""));  // no memory for words
     }
   }
   AskedEvaluation(const AskedEvaluation&) = delete;

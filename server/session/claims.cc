@@ -94,7 +94,9 @@ void Claims::Take(const v1::ClaimViewRequest& request,
         const EitherStop stop(gone, stop_.get_token());
         absl::StatusOr<v1::Claim> claim =
             TakeNow(request, caller, scanner, in, parallel, stop.token());
-        if (absl::IsCancelled(claim.status())) return context_.Dropped();
+        if (absl::IsCancelled(claim.status())) {
+          return gone.stop_requested() ? claim.status() : context_.Dropped();
+        }
         if (!claim.ok()) return claim.status();
         v1::ClaimViewResponse response;
         *response.mutable_claim() = *std::move(claim);
@@ -251,6 +253,7 @@ absl::StatusOr<Claims::Attempt> Claims::Measure(const PlanInputs& inputs,
     made = PendingViews(state, context_.origin());
   });
   attempt.covered.cover.by_claim.assign(claimed.size(), 0);
+  if (cancelled.Requested()) return absl::CancelledError("claim");
   if (claimed.empty() || inputs.model.view == nullptr) return attempt;
   absl::StatusOr<SiteOfPlan> prior = SiteOf(model_, inputs, cancelled);
   if (!prior.ok()) return prior.status();

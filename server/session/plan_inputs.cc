@@ -37,12 +37,15 @@ int64_t MemoryOfPrior(const SitePriorUse::Use& use, const PlanInputs& inputs) {
 // Bytes that the plan will need at most. What a prior adds is known from its last use on; before
 // that it is counted as the model is, and as what it is once it is made (WithPrior()).
 int64_t MemoryOf(const ModelMemory& model, PlanInputs& inputs) {
+  inputs.certain_memory = 0;
   const auto known = static_cast<int64_t>(
       fleet::EstimateJointPlanMemory(*inputs.model.view, inputs.config, inputs.scanner_models));
   if (inputs.prior.has_value()) {
     const auto use = model.site_prior().Last(*inputs.prior);
     inputs.memory_of_prior = use == nullptr ? known : MemoryOfPrior(*use, inputs);
+    if (use != nullptr) inputs.certain_memory = inputs.memory_of_prior;
   }
+  inputs.certain_memory += known;
   return known + inputs.memory_of_prior;
 }
 
@@ -398,7 +401,17 @@ PlanningTask TaskOf(ModelMemory& model, const PlanInputs& inputs) {
 }
 
 absl::Status ReserveMemory(const ModelMemory& model, PlanInputs& inputs) {
-  absl::StatusOr<MemoryAccount::Reservation> reservation = model.Reserve(MemoryOf(model, inputs));
+  const int64_t bytes = MemoryOf(model, inputs);
+  const int64_t all = inputs.certain_memory + model.Estimate();
+  if (const auto most = model.memory().Most(); most.has_value() && all > *most) {
+    return contract::ErrorWithReason(
+        absl::StatusCode::kResourceExhausted, "PLAN_TOO_LARGE",
+        absl::StrCat("with the model the plan takes some ", all >> 20, " MiB, and the server has ",
+                     *most >> 20,
+                     " MiB for all models and plans: use larger viewcells or voxels, a region of "
+                     "interest, or have its operator give it more (--memory-mib)"));
+  }
+  absl::StatusOr<MemoryAccount::Reservation> reservation = model.Reserve(bytes);
   if (!reservation.ok()) return reservation.status();
   inputs.memory = std::make_shared<MemoryAccount::Reservation>(*std::move(reservation));
   return absl::OkStatus();

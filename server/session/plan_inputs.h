@@ -47,6 +47,8 @@ struct PlanInputs {
   std::vector<Eigen::Vector3d> tour_stations;          // of a tour that is followed, m, model frame
   std::shared_ptr<MemoryAccount::Reservation> memory;  // given back with the last copy
   int64_t memory_of_prior = 0;  // bytes of that for what the site's prior adds
+  // Bytes of both that it needs for certain: what a prior adds is guessed before its first use.
+  int64_t certain_memory = 0;
   SitePriorUse::Wanted wanted = SitePriorUse::Wanted::kAsked;
 };
 
@@ -99,7 +101,8 @@ absl::StatusOr<SiteOfPlan> SiteOf(ModelMemory& model, const PlanInputs& inputs,
 // asked for. Keeps the references.
 PlanningTask TaskOf(ModelMemory& model, const PlanInputs& inputs);
 
-// Reserves the memory that the plan will need. RESOURCE_EXHAUSTED (MEMORY_SHORT).
+// Reserves the memory that the plan will need. RESOURCE_EXHAUSTED (MEMORY_SHORT; PLAN_TOO_LARGE: it
+// takes more than the server ever has for it).
 absl::Status ReserveMemory(const ModelMemory& model, PlanInputs& inputs);
 // The same of memory that nobody else is likely to miss, of which then all that the plan uses is;
 // false when there is too little.

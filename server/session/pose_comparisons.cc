@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "server/contract/error.h"
@@ -109,6 +110,8 @@ void PoseComparisons::Compare(
   const auto compare =
       [this, held, size, in = *std::move(compared)](
           parallel::Parallel& parallel) -> absl::StatusOr<v1::CompareScanPosesResponse> {
+    // Who is answered finds its memory given back.
+    const absl::Cleanup given_back = [&held] { held->Release(); };
     const absl::Time started = absl::Now();
     std::vector<Eigen::Isometry3d> poses;
     poses.reserve(in.poses.size());

@@ -165,7 +165,7 @@ absl::StatusOr<Tours::Inputs> Tours::Read(const v1::TourWish& wish) {
   if (budget.work_limit > 0) inputs.plan.budget.work_limit = budget.work_limit;
   if (absl::Status room = ReserveMemory(model_, inputs.plan); !room.ok()) return room;
   const auto own = static_cast<int64_t>(tour::EstimateTourMemory(inputs.request));
-  const int64_t all = own + inputs.plan.memory->bytes() + model_.Estimate();
+  const int64_t all = own + inputs.plan.certain_memory + model_.Estimate();
   if (const auto most = model_.memory().Most(); most.has_value() && all > *most) {
     return contract::ErrorWithReason(
         absl::StatusCode::kResourceExhausted, "PLAN_TOO_LARGE",

@@ -175,14 +175,13 @@ void AddSite(const model::PlanningView& model, const ExpectedSite& site,
 // Whether a prior shows what is behind a doorway: then nothing else is expected there, also where
 // all that it shows is known by now.
 bool Shown(const std::vector<Eigen::Vector2i>& room, double floor, const ExpectedSite& site) {
-  absl::flat_hash_set<Column> in_room;
-  for (const Eigen::Vector2i& at : room) in_room.emplace(at.x(), at.y());
-  size_t shown = 0;
-  for (const ExpectedFloor& there : site.floors()) {
-    if (std::abs(static_cast<double>(there.height) - floor) > kSameFloor) continue;
-    shown += in_room.erase({there.voxel.x(), there.voxel.y()});
-  }
-  return 2 * shown > room.size();
+  const auto shown = std::count_if(room.begin(), room.end(), [&](const Eigen::Vector2i& at) {
+    const auto floors = site.FloorsIn(at);
+    return std::any_of(floors.begin(), floors.end(), [&](const ExpectedFloor& there) {
+      return std::abs(static_cast<double>(there.height) - floor) <= kSameFloor;
+    });
+  });
+  return 2 * static_cast<size_t>(shown) > room.size();
 }
 
 bool Refused(const model::PlanningView& model, const std::vector<Eigen::Vector2i>& columns,
@@ -276,7 +275,7 @@ Expectation::Expectation(const model::PlanningView& model, model::PlanningView v
 absl::StatusOr<std::shared_ptr<const Expectation>> Expectation::Of(
     const model::PlanningView& model, const FloorMap& floor, const Openings& openings,
     std::span<const RejectedPlace> rejected, const ExpectedSite* site,
-    const parallel::Cancellation& cancelled) {
+    const sensor::ScannerModel& scanner, const parallel::Cancellation& cancelled) {
   std::vector<Room> rooms;
   std::vector<ExpectedFloor> floors;
   absl::flat_hash_set<std::pair<int, int>> glimpsed;
@@ -312,7 +311,7 @@ absl::StatusOr<std::shared_ptr<const Expectation>> Expectation::Of(
   std::vector<model::BrickAt> changed = edit.Bricks();
   if (site != nullptr) {
     const model::PlanningView expected(model, model.version(), changed, model.stations());
-    if (!GiveUpLookedInVain(model, expected, changed, cancelled, edit)) {
+    if (!GiveUpLookedInVain(model, expected, changed, scanner, cancelled, edit)) {
       return absl::CancelledError("expectation");
     }
     changed = edit.Bricks();

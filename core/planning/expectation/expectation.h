@@ -19,6 +19,7 @@
 #include "core/planning/feasibility/floor_map.h"
 #include "core/planning/plan/opening.h"
 #include "core/planning/plan/planning_config.h"
+#include "core/sensor/scanner_model.h"
 
 namespace vantage::planning {
 
@@ -38,12 +39,12 @@ inline constexpr double kStationChance = 0.9;
 class Expectation {
  public:
   // A room in which places were rejected twice is not expected any more. `site`: what a prior
-  // shows, which goes before all else; null where there is none. Keeps the reference to the model.
-  // CANCELLED when that was requested on the way.
+  // shows, which goes before all else; null where there is none. `scanner`: whose scans the model
+  // is of. Keeps the reference to the model. CANCELLED when that was requested on the way.
   static absl::StatusOr<std::shared_ptr<const Expectation>> Of(
       const model::PlanningView& model, const FloorMap& floor, const Openings& openings,
-      std::span<const RejectedPlace> rejected, const ExpectedSite* site = nullptr,
-      const parallel::Cancellation& cancelled = {});
+      std::span<const RejectedPlace> rejected, const ExpectedSite* site,
+      const sensor::ScannerModel& scanner, const parallel::Cancellation& cancelled = {});
 
   // The model with what is expected.
   const model::PlanningView& view() const { return view_; }

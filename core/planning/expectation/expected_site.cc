@@ -1,5 +1,6 @@
 #include "core/planning/expectation/expected_site.h"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -22,16 +23,26 @@ absl::StatusOr<std::shared_ptr<const ExpectedSite>> ExpectedSite::Of(
   return absl::WrapUnique<const ExpectedSite>(new ExpectedSite(std::move(view), std::move(floors)));
 }
 
+std::span<const ExpectedFloor> ExpectedSite::FloorsIn(const Eigen::Vector2i& column) const {
+  const auto place = [](const Eigen::Vector2i& at) { return std::pair(at.y(), at.x()); };
+  const auto begin = std::partition_point(floors_.begin(), floors_.end(), [&](const auto& floor) {
+    return place(floor.voxel) < place(column);
+  });
+  const auto end = std::partition_point(begin, floors_.end(),
+                                        [&](const auto& floor) { return floor.voxel == column; });
+  return {begin, end};
+}
+
 Region ExpectedSite::Told() const {
   constexpr double kRoom = 6;     // m, the length of a large room
   constexpr double kSlab = 0.25;  // m, of a floor or a ceiling
   const double h = view_.voxel_size();
   const model::VoxelBox& bounds = view_.bounds();
   Region told;
+  if (bounds.empty()) return told;
   for (const model::VoxelIndex& corner : {bounds.min, bounds.max}) {
     told.extend(Eigen::Vector3d(h * corner.cast<double>()));
   }
-  if (told.isEmpty()) return told;
   told.min() -= Eigen::Vector3d(kRoom, kRoom, kSlab);
   told.max() += Eigen::Vector3d(kRoom, kRoom, kSlab);
   return told;

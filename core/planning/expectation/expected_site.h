@@ -2,6 +2,7 @@
 #ifndef VANTAGE_CORE_PLANNING_EXPECTATION_EXPECTED_SITE_H_
 #define VANTAGE_CORE_PLANNING_EXPECTATION_EXPECTED_SITE_H_
 
+#include <Eigen/Core>
 #include <memory>
 #include <span>
 #include <vector>
@@ -24,6 +25,8 @@ class ExpectedSite {
 
   const model::PlanningView& view() const { return view_; }
   std::span<const ExpectedFloor> floors() const { return floors_; }
+  // Those in a column of voxels, from the lowest up.
+  std::span<const ExpectedFloor> FloorsIn(const Eigen::Vector2i& column) const;
 
   // Where it says what is behind false surface, m: where it shows nothing there, nothing is. Its
   // own box, and beside it as far as mirrors at its outer walls show rooms; not above and below,
@@ -35,7 +38,7 @@ class ExpectedSite {
       : view_(std::move(view)), floors_(std::move(floors)) {}
 
   const model::PlanningView view_;
-  const std::vector<ExpectedFloor> floors_;
+  const std::vector<ExpectedFloor> floors_;  // by y, x, height
 };
 
 }  // namespace vantage::planning

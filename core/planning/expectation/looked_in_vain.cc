@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -33,12 +34,15 @@ bool AnySeenAround(const model::PlanningView& model, const model::VoxelIndex& br
   return false;
 }
 
-bool LooksAt(const model::PlanningView& expected, const model::Station& station,
-             const model::VoxelIndex& v, const model::SurfaceVoxel& surface) {
+bool LooksAt(const model::PlanningView& expected, const sensor::ScannerModel& scanner,
+             const model::Station& station, const model::VoxelIndex& v,
+             const model::SurfaceVoxel& surface) {
   const Eigen::Vector3d at = surface.centroid.cast<double>();
   const Eigen::Vector3d way = station.position - at;
   const double range = way.norm();
-  if (range > kFarthestLook || way.z() > kSteepestLook * range) return false;
+  if (range > std::min(kFarthestLook, scanner.range_max)) return false;
+  const double lowest = std::max(-kSteepestLook, std::sin(scanner.elevation_min));
+  if (-way.z() < lowest * range || -way.z() > std::sin(scanner.elevation_max) * range) return false;
   if (surface.normal.cast<double>().dot(way) < kFlattestLook * range) return false;
   return visibility::WalkVoxels(at / expected.voxel_size(),
                                 station.position / expected.voxel_size(),
@@ -51,7 +55,9 @@ bool LooksAt(const model::PlanningView& expected, const model::Station& station,
 
 bool GiveUpLookedInVain(const model::PlanningView& model, const model::PlanningView& expected,
                         std::span<const model::BrickAt> changed,
+                        const sensor::ScannerModel& scanner,
                         const parallel::Cancellation& cancelled, BrickEdit& edit) {
+  if (!scanner.TurnsAllAround()) return true;
   for (const model::BrickAt& at : changed) {
     if (cancelled.Requested()) return false;
     if (!AnySeenAround(model, at.brick)) continue;
@@ -64,9 +70,10 @@ bool GiveUpLookedInVain(const model::PlanningView& model, const model::PlanningV
         const bool only_expected =
             NothingKnown(model.State(v)) && expected.State(v) == model::VoxelState::kTrueSurface;
         if (!only_expected) continue;
-        surface.given_up = std::any_of(
-            model.stations().begin(), model.stations().end(),
-            [&](const model::Station& station) { return LooksAt(expected, station, v, surface); });
+        surface.given_up = std::any_of(model.stations().begin(), model.stations().end(),
+                                       [&](const model::Station& station) {
+                                         return LooksAt(expected, scanner, station, v, surface);
+                                       });
         if (surface.given_up) edit.SetSurface(v, surface);
       }
     }

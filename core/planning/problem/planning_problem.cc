@@ -31,6 +31,12 @@ bool SameSurface(const PlanningConfig& a, const PlanningConfig& b) {
          same_region(a.region_of_interest, b.region_of_interest);
 }
 
+// Whether what one scanner looked at in vain the other would have, too.
+bool SameLooks(const sensor::ScannerModel& a, const sensor::ScannerModel& b) {
+  return a.TurnsAllAround() == b.TurnsAllAround() && a.range_max == b.range_max &&
+         a.elevation_min == b.elevation_min && a.elevation_max == b.elevation_max;
+}
+
 // Whether a problem's scanner reaches from the places of its plans what the question's does.
 bool SameReach(const PlanningProblem& problem, const PlanningQuestion& question) {
   const sensor::ScannerModel& a = problem.scanner();
@@ -65,7 +71,8 @@ struct PlanningProblem::Common {
     floor = same_model && previous->config_.floor_z == question.config.floor_z;
     const bool expects = question.config.station_basis == StationBasis::kExpected;
     scene = floor && SameExpectation(previous->config_, question.config) &&
-            previous->site_ == (expects ? question.site : nullptr);
+            previous->site_ == (expects ? question.site : nullptr) &&
+            (previous->site_ == nullptr || SameLooks(previous->scanner_, question.scanner));
     surface = scene && SameSurface(previous->config_, question.config);
     coverage = surface && SameReach(*previous, question);
   }
@@ -170,8 +177,8 @@ absl::Status PlanningProblem::FindViews(const Common& common, Making& making,
   if (common.scene) {
     making.expectation = occlusion_->expectation;
   } else if (config_.station_basis == StationBasis::kExpected) {
-    auto found =
-        Expectation::Of(model_, *floor, *making.openings, config_.rejected, site_.get(), cancelled);
+    auto found = Expectation::Of(model_, *floor, *making.openings, config_.rejected, site_.get(),
+                                 scanner_, cancelled);
     if (!found.ok()) return found.status();
     making.expectation = *std::move(found);
     if (making.expectation != nullptr) making.grid.emplace(making.expectation->view());

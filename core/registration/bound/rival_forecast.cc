@@ -171,7 +171,13 @@ FieldAllOver::FieldAllOver(const model::PlanningView& model, const RegistrationC
                                 model.bounds().max.cast<double>() * model.voxel_size()),
             reach, parallel, CellsAllOver(model)) {}
 
-uint64_t FieldAllOver::MostBytes() {
+bool FieldAllOver::Serves(const model::PlanningView& model, const RegistrationConfig& config) {
+  const Eigen::Vector3d size =
+      (model.bounds().max - model.bounds().min).cast<double>() * model.voxel_size();
+  return std::cbrt(size.prod() / CellsAllOver(model)) <= config.max_correspondence / 2;
+}
+
+uint64_t FieldAllOver::EstimatedBytes() {
   // In six directions, and elements for at most one of them: walls are fewer than that.
   constexpr uint64_t kBytesOfCell = 24 + sizeof(SurfaceElement);
   return static_cast<uint64_t>(CorrespondenceField::kCellsAroundScan) * kBytesOfCell;

@@ -28,7 +28,9 @@ namespace vantage::registration {
 struct FieldAllOver {
   FieldAllOver(const model::PlanningView& model, const RegistrationConfig& config,
                parallel::Parallel& parallel);
-  static uint64_t MostBytes();
+  // Whether cells of all of the model stay well below the first stage's reach, as the field asks.
+  static bool Serves(const model::PlanningView& model, const RegistrationConfig& config);
+  static uint64_t EstimatedBytes();
 
   double reach;  // m, config.max_correspondence
   CorrespondenceField field;

@@ -113,12 +113,29 @@ class UnaryCall final : public grpc::ServerUnaryReactor,
     // What was thrown while it was being answered changes nothing.
     if (answered_.exchange(true)) return;
     // The mutation was made, whether or not the client still waits for the answer.
-    call_.Audit(answer.status(), answer.ok() ? &*answer : nullptr);
+    bool said = WithMemory([&] { call_.Audit(answer.status(), answer.ok() ? &*answer : nullptr); });
     if (finished_.exchange(true)) return;
-    const grpc::Status status = ToGrpcStatus(answer.status(), *context_);
-    if (answer.ok()) *response_ = *std::move(answer);
-    call_.End(status);
+    grpc::Status status;
+    said = WithMemory([&] {
+             status = ToGrpcStatus(answer.status(), *context_);
+             if (answer.ok()) *response_ = *std::move(answer);
+           }) &&
+           said;
+    // Who waits is told, even where there is no memory for words.
+    if (!said) status = grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED, "");
+    WithMemory([&] { call_.End(status); });
     Finish(status);
+  }
+
+  // False where there was not enough for `step`.
+  template <typename Step>
+  static bool WithMemory(Step&& step) {
+    try {
+      step();
+      return true;
+    } catch (const std::bad_alloc&) {
+      return false;
+    }
   }
 
   RpcCall call_;
