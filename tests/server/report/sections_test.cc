@@ -216,6 +216,23 @@ TEST(Sections, HowWellAllHangsTogetherIsInNumbers) {
   EXPECT_THAT(page, HasSubstr("Without station 2 stations would be apart"));
 }
 
+// Of many links the weakest are listed: one that does not fit the others is among them, however
+// much surface it has.
+TEST(Sections, LinksComeByWhatTheyHold) {
+  JobRecord job = Job();
+  for (int i = 0; i < 60; ++i) {
+    v1::ScanLink& link = *job.graph.add_links();
+    link = job.graph.links(0);
+    link.set_correspondence_count(100 + i);
+    job.graph.add_link_test_ratios(0.3);
+  }
+  job.graph.mutable_links(0)->set_correspondence_count(1'000'000);
+  EXPECT_THAT(All(job, {}), testing::Not(HasSubstr("<td>suspect")));
+  EXPECT_THAT(All(job, {}), testing::Not(HasSubstr("1,000,000")));
+  job.graph.set_link_test_ratios(0, 1.5);
+  EXPECT_THAT(All(job, {}), HasSubstr("suspect (150"));
+}
+
 TEST(Sections, AJobWithoutScansHasAReport) {
   JobRecord job;
   job.session.set_name("sessions/empty");
