@@ -327,7 +327,7 @@ TEST_F(Residence, APlanThatDoesNotFitIsRefused) {
   v1::CreatePlanRequest create;
   create.set_parent("sessions/job");
   const absl::Status refused = session->plans().Create(create).status();
-  EXPECT_EQ(contract::ReasonOf(refused), "MEMORY_SHORT");
+  EXPECT_EQ(contract::ReasonOf(refused), "PLAN_TOO_LARGE");
   EXPECT_EQ(session->plans().Running(), 0U);
 }
 
