@@ -303,12 +303,12 @@ void SitePriors::Set(const v1::SetSitePriorRequest& request, PriorSource source,
   context_.dependencies().files->Post(
       absl::StrCat(ReaderOf(context_), " prior"), context_.id(),
       [this, setting, make](const FileReadings::GivenUp& given_up) {
-        const absl::Status read = contract::UnlessOutOfMemory([&]() -> absl::Status {
+        absl::Status read = contract::UnlessOutOfMemory([&]() -> absl::Status {
           absl::Status taken = Read(*setting, given_up);
           if (taken.ok()) context_.RunInteractive(make);
           return absl::IsCancelled(taken) ? context_.Dropped() : taken;
         });
-        if (!read.ok()) setting->Answer([&] { return read; });
+        if (!read.ok()) setting->Answer([&] { return std::move(read); });
         return std::chrono::milliseconds(0);
       });
 }
