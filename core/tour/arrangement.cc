@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace vantage::tour {
 namespace {
@@ -280,13 +281,13 @@ Arrangement Arranger::Arrange(std::span<const uint32_t> stations, size_t steps,
     }
     const size_t removed = removed_links_.size() + not_anchored_.size();
     // Rivals are looked for in an order that is possible without them.
-    const bool before = Check(OverlapTable::Judging::kBeforeRivals, budget, parallel, made);
-    const bool all = before && Check(OverlapTable::Judging::kWhole, budget, parallel, made);
-    // An order by the same links would be the same order. What rivals say is news, once, whatever
-    // was tried without them.
-    const bool news = removed_links_.size() + not_anchored_.size() > removed;
-    settled = (settled || round + 1 >= kOrders || !news) && !(before && !rivals_asked && news);
-    rivals_asked = rivals_asked || before;
+    const bool without_rivals = Check(OverlapTable::Judging::kBeforeRivals, budget, parallel, made);
+    const bool all = without_rivals && Check(OverlapTable::Judging::kWhole, budget, parallel, made);
+    // An order by the same links would be the same order.
+    const bool same_links = removed_links_.size() + not_anchored_.size() == removed;
+    settled = settled || round + 1 >= kOrders || same_links;
+    // When rivals have spoken for the first time, another order is tried, however many were before.
+    if (without_rivals && !std::exchange(rivals_asked, true) && !same_links) settled = false;
     // Where a room is closed whenever a scanner could be in it, or nothing ties a station to the
     // rest, no order helps.
     std::vector<uint32_t> drop;

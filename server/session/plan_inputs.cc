@@ -59,15 +59,11 @@ absl::StatusOr<std::shared_ptr<MemoryAccount::Reservation>> WithPrior(
     std::shared_ptr<MemoryAccount::Reservation> plan;
     MemoryAccount::Reservation prior;
   };
-  const std::optional<int64_t> most = model.memory().Most();
-  const int64_t all = more + inputs.memory->bytes() + model.Estimate();
-  if (most.has_value() && all > *most) {
-    return contract::ErrorWithReason(
-        absl::StatusCode::kResourceExhausted, "PLAN_TOO_LARGE",
-        absl::StrCat("with the prior of the site the plan takes some ", all >> 20,
-                     " MiB, and the server has ", *most >> 20,
-                     " MiB for all models and plans: use larger viewcells, or a prior of the part "
-                     "that is to be scanned, or have its operator give it more (--memory-mib)"));
+  if (absl::Status fits =
+          CheckEverFits(model, more + inputs.memory->bytes(), "with the prior of the site the plan",
+                        "use larger viewcells, or a prior of the part that is to be scanned");
+      !fits.ok()) {
+    return fits;
   }
   std::optional<MemoryAccount::Reservation> reserved;
   if (inputs.wanted == SitePriorUse::Wanted::kAhead) {
@@ -400,16 +396,24 @@ PlanningTask TaskOf(ModelMemory& model, const PlanInputs& inputs) {
           inputs.tour_stations};
 }
 
+absl::Status CheckEverFits(const ModelMemory& model, int64_t bytes, absl::string_view what,
+                           absl::string_view cure) {
+  const std::optional<int64_t> most = model.memory().Most();
+  const int64_t all = bytes + model.Estimate();
+  if (!most.has_value() || all <= *most) return absl::OkStatus();
+  return contract::ErrorWithReason(
+      absl::StatusCode::kResourceExhausted, "PLAN_TOO_LARGE",
+      absl::StrCat(what, " takes some ", all >> 20, " MiB, and the server has ", *most >> 20,
+                   " MiB for all models and plans: ", cure,
+                   ", or have its operator give it more (--memory-mib)"));
+}
+
 absl::Status ReserveMemory(const ModelMemory& model, PlanInputs& inputs) {
   const int64_t bytes = MemoryOf(model, inputs);
-  const int64_t all = inputs.certain_memory + model.Estimate();
-  if (const auto most = model.memory().Most(); most.has_value() && all > *most) {
-    return contract::ErrorWithReason(
-        absl::StatusCode::kResourceExhausted, "PLAN_TOO_LARGE",
-        absl::StrCat("with the model the plan takes some ", all >> 20, " MiB, and the server has ",
-                     *most >> 20,
-                     " MiB for all models and plans: use larger viewcells or voxels, a region of "
-                     "interest, or have its operator give it more (--memory-mib)"));
+  if (absl::Status fits = CheckEverFits(model, inputs.certain_memory, "with its model the plan",
+                                        "use larger viewcells or voxels, or a region of interest");
+      !fits.ok()) {
+    return fits;
   }
   absl::StatusOr<MemoryAccount::Reservation> reservation = model.Reserve(bytes);
   if (!reservation.ok()) return reservation.status();

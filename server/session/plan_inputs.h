@@ -9,6 +9,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "core/fleet/joint_plan.h"
 #include "core/parallel/budget.h"
 #include "core/planning/plan/planning_config.h"
@@ -100,6 +101,11 @@ absl::StatusOr<SiteOfPlan> SiteOf(ModelMemory& model, const PlanInputs& inputs,
 // The problem of a plan for one scanner, or of a what-if: prepared already, or made when it is
 // asked for. Keeps the references.
 PlanningTask TaskOf(ModelMemory& model, const PlanInputs& inputs);
+
+// RESOURCE_EXHAUSTED (PLAN_TOO_LARGE) where `bytes` beside the session's model are more than the
+// server ever has. `what` takes them, `cure` is what the caller may do.
+absl::Status CheckEverFits(const ModelMemory& model, int64_t bytes, absl::string_view what,
+                           absl::string_view cure);
 
 // Reserves the memory that the plan will need. RESOURCE_EXHAUSTED (MEMORY_SHORT; PLAN_TOO_LARGE: it
 // takes more than the server ever has for it).

@@ -165,14 +165,11 @@ absl::StatusOr<Tours::Inputs> Tours::Read(const v1::TourWish& wish) {
   if (budget.work_limit > 0) inputs.plan.budget.work_limit = budget.work_limit;
   if (absl::Status room = ReserveMemory(model_, inputs.plan); !room.ok()) return room;
   const auto own = static_cast<int64_t>(tour::EstimateTourMemory(inputs.request));
-  const int64_t all = own + inputs.plan.certain_memory + model_.Estimate();
-  if (const auto most = model_.memory().Most(); most.has_value() && all > *most) {
-    return contract::ErrorWithReason(
-        absl::StatusCode::kResourceExhausted, "PLAN_TOO_LARGE",
-        absl::StrCat("with the model and its problem the tour takes some ", all >> 20,
-                     " MiB, and the server has ", *most >> 20,
-                     " MiB for all models and plans: set a smaller wish.max_candidate_count, use "
-                     "larger viewcells, or have its operator give it more (--memory-mib)"));
+  if (absl::Status fits = CheckEverFits(
+          model_, own + inputs.plan.certain_memory, "with the model and its problem the tour",
+          "set a smaller wish.max_candidate_count, use larger viewcells");
+      !fits.ok()) {
+    return fits;
   }
   absl::StatusOr<MemoryAccount::Reservation> room = model_.Reserve(own);
   if (!room.ok()) return room.status();

@@ -69,34 +69,34 @@ Handle Of(absl::StatusOr<Response> (*handler)(const session::TenantSessions&, co
       };
 }
 
-// Of a handler that answers later, on another thread.
-template <typename Request, typename Response>
-Handle Of(void (*handler)(const session::TenantSessions&, const Request&,
-                          std::function<void(absl::StatusOr<Response>)>)) {
+// Of what answers later, on another thread: `start` gets sessions, request and whom to answer.
+template <typename Request, typename Response, typename Start>
+Handle AnsweredLater(Start start) {
   return
-      [handler](const session::TenantSessions& sessions, const std::string& bytes) -> absl::Status {
+      [start](const session::TenantSessions& sessions, const std::string& bytes) -> absl::Status {
         Request request;
         if (!request.ParseFromString(bytes)) return absl::OkStatus();
         std::promise<absl::Status> answer;
-        handler(sessions, request,
-                [&](absl::StatusOr<Response> response) { answer.set_value(response.status()); });
+        start(sessions, request,
+              [&](absl::StatusOr<Response> response) { answer.set_value(response.status()); });
         return answer.get_future().get();
       };
+}
+
+template <typename Request, typename Response>
+Handle Of(void (*handler)(const session::TenantSessions&, const Request&,
+                          std::function<void(absl::StatusOr<Response>)>)) {
+  return AnsweredLater<Request, Response>(handler);
 }
 
 // Of one that ends when its caller has gone, which this one does not.
 template <typename Request, typename Response>
 Handle Of(void (*handler)(const session::TenantSessions&, const Request&, const std::stop_token&,
                           std::function<void(absl::StatusOr<Response>)>)) {
-  return
-      [handler](const session::TenantSessions& sessions, const std::string& bytes) -> absl::Status {
-        Request request;
-        if (!request.ParseFromString(bytes)) return absl::OkStatus();
-        std::promise<absl::Status> answer;
-        handler(sessions, request, std::stop_token(),
-                [&](absl::StatusOr<Response> response) { answer.set_value(response.status()); });
-        return answer.get_future().get();
-      };
+  return AnsweredLater<Request, Response>(
+      [handler](const session::TenantSessions& sessions, const Request& request, auto done) {
+        handler(sessions, request, std::stop_token(), std::move(done));
+      });
 }
 
 absl::Status ExportAll(const session::TenantSessions& sessions, const std::string& bytes) {

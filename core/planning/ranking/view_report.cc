@@ -72,21 +72,9 @@ bool ViewReport::Exact(const Eigen::Vector3d& position, const ViewScore& score,
 
 bool ViewReport::DescribeGain(const parallel::Budget& budget, parallel::Parallel& parallel,
                               RankedView& view) const {
-  RankedView split;
-  split.heading = view.heading;
-  if (!Exact(view.position, budget, parallel, split)) return false;
-  view.score_by_heading = std::move(split.score_by_heading);
-  view.score_by_kind = split.score_by_kind;
-  view.patch_scores = std::move(split.patch_scores);
-  view.score = view.lower = view.upper = split.score;
-  view.exact = true;
-  view.model_gain = split.model_gain;
-  view.gain_by_kind = split.gain_by_kind;
-  view.model_gain_upper = split.model_gain_upper;
-  view.gain_without_hidden = split.gain_without_hidden;
-  view.expected_gain = split.expected_gain;
-  view.expected_gain_lower = split.expected_gain_lower;
-  view.expected_gain_upper = split.expected_gain_upper;
+  RankedView exact = view;
+  if (!Exact(view.position, budget, parallel, exact)) return false;
+  view = std::move(exact);
   return true;
 }
 
