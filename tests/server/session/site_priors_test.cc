@@ -759,8 +759,8 @@ TEST_F(SitePriorsTest, StaysWithinTheServersMemory) {
   store::MemoryStore store(256 << 20);
   telemetry::Log log = telemetry::Log::Silent();
   execution::Timer timer;
-  execution::PlanningPool pool(2, 8);
   MemoryAccount memory(int64_t{2} << 30);
+  execution::PlanningPool pool(2, 8);
   {
     SessionRegistry registry({store,
                               pool,
@@ -820,6 +820,7 @@ class SitePriorMemoryTest : public SitePriorsTest {
   }
   // The same sessions in a host with another amount.
   Session& Restart(int64_t mebibytes) {
+    own_->WaitUntilIdle();
     own_.reset();
     small_.reset();
     memory_.emplace(mebibytes << 20);
@@ -843,8 +844,9 @@ class SitePriorMemoryTest : public SitePriorsTest {
   UnsteadyStore own_store_;
   telemetry::Log log_ = telemetry::Log::Silent();
   execution::Timer timer_;
-  execution::PlanningPool pool_of_jobs_{2, 8};
+  // Before the pool, whose last jobs give back what they took.
   std::optional<MemoryAccount> memory_;
+  execution::PlanningPool pool_of_jobs_{2, 8};
   std::unique_ptr<SessionRegistry> small_;
   std::shared_ptr<Session> own_;
 };
@@ -931,7 +933,12 @@ TEST_F(SitePriorMemoryTest, AnImportedPriorIsUnfoldedWithinTheServersMemory) {
   const std::string archive = Archive(session_);
   Begin(64);
   auto others = memory_->Take("", int64_t{62} << 20);
-  const auto import = [&] { return Import(*small_, archive).status(); };
+  const auto import = [&] {
+    const auto imported = Import(*small_, archive);
+    // Its model is loaded, and what that took given back.
+    if (imported.ok()) small_->Find("copy").value()->WaitUntilIdle();
+    return imported.status();
+  };
   const absl::Status unread = import();
   EXPECT_EQ(contract::ReasonOf(unread), "MEMORY_SHORT") << unread;
   others->Release();
