@@ -46,7 +46,7 @@ absl::StatusOr<Response> CallUnary(Stub& stub,
     if (attempt > 0) {
       const double wait = backoff.Next(Explain(failure).retry_seconds);
       if (DeadlineIn(wait) > deadline) break;
-      SleepSeconds(wait);
+      wire.Wait(wait);
     }
     grpc::ClientContext context;
     context.set_deadline(deadline);

@@ -244,7 +244,7 @@ absl::StatusOr<v1::Upload> Client::UploadFile(
     absl::FunctionRef<void(const UploadProgress&)> on_progress,
     absl::FunctionRef<void(const v1::Upload&)> reading) {
   absl::StatusOr<v1::Upload> state = Send(session, std::move(upload), bytes, on_progress);
-  Resumption resumption(wire_->options.give_up_after);
+  Resumption resumption(*wire_);
   while (state.ok() && state->state() == v1::UPLOAD_STATE_READING) {
     reading(*state);
     SleepSeconds(kLookSeconds);
@@ -274,7 +274,7 @@ absl::StatusOr<v1::Upload> Client::Send(
 
   UploadProgress progress;
   progress.total_bytes = static_cast<int64_t>(bytes.size());
-  Resumption resumption(wire_->options.give_up_after);
+  Resumption resumption(*wire_);
   auto begun = BeginOrFind(*this, create);
   while (!begun.ok()) {
     if (IsTransient(begun.status())) {

@@ -75,8 +75,8 @@ absl::StatusOr<std::string> ReceiveFile(const Wire& wire, grpc::ClientContext& c
 
 // All of a file in memory; `receive` is called with a sink, again after a break.
 template <typename Receive>
-absl::StatusOr<std::string> WholeFile(double give_up_after, const Receive& receive) {
-  Resumption resumption(give_up_after);
+absl::StatusOr<std::string> WholeFile(const Wire& wire, const Receive& receive) {
+  Resumption resumption(wire);
   while (true) {
     std::string bytes;
     const auto sink = [&bytes](absl::string_view piece) {
@@ -93,7 +93,7 @@ absl::StatusOr<std::string> WholeFile(double give_up_after, const Receive& recei
 
 absl::Status Client::WatchSession(const std::string& session, uint64_t after_sequence,
                                   absl::FunctionRef<bool(const v1::SessionEvent&)> on_event) {
-  Resumption resumption(wire_->options.give_up_after);
+  Resumption resumption(*wire_);
   uint64_t last = after_sequence;
   while (true) {
     v1::WatchSessionRequest request;
@@ -183,7 +183,7 @@ absl::StatusOr<v1::Scan> Client::WaitForScan(const std::string& name,
 
 absl::StatusOr<v1::Plan> Client::WatchPlan(const std::string& name,
                                            absl::FunctionRef<void(const v1::Plan&)> on_revision) {
-  Resumption resumption(wire_->options.give_up_after);
+  Resumption resumption(*wire_);
   v1::Plan latest;
   while (true) {
     v1::WatchPlanRequest request;
@@ -209,7 +209,7 @@ absl::StatusOr<v1::Plan> Client::WatchPlan(const std::string& name,
 
 absl::StatusOr<v1::Tour> Client::CreateTour(const v1::CreateTourRequest& request,
                                             absl::FunctionRef<void(const v1::Tour&)> on_tour) {
-  Resumption resumption(wire_->options.give_up_after);
+  Resumption resumption(*wire_);
   while (true) {
     grpc::ClientContext context;
     if (absl::Status prepared = wire_->Prepare(context); !prepared.ok()) return prepared;
@@ -281,7 +281,7 @@ absl::StatusOr<std::string> Client::ExportOnce(
 }
 
 absl::StatusOr<std::string> Client::ExportBytes(const v1::ExportModelRequest& request) {
-  return WholeFile(wire_->options.give_up_after,
+  return WholeFile(*wire_,
                    [&](auto sink) { return Export(request, sink, [](const ExportProgress&) {}); });
 }
 
@@ -298,7 +298,7 @@ absl::StatusOr<std::string> Client::ExportBytes(const v1::ExportReportRequest& r
       if (page.ok() || !loading.After(page.status())) return page;
     }
   };
-  return WholeFile(wire_->options.give_up_after, receive);
+  return WholeFile(*wire_, receive);
 }
 
 }  // namespace vantage::client

@@ -10,24 +10,27 @@ namespace vantage::client {
 
 class Resumption {
  public:
-  // `give_up_after` in s, counted from the last progress.
-  explicit Resumption(double give_up_after)
-      : give_up_after_(give_up_after), backoff_(RandomSeed()), last_progress_(SteadyClock::now()) {}
+  // The wire outlives it.
+  explicit Resumption(const Wire& wire)
+      : wire_(wire), backoff_(RandomSeed()), last_progress_(SteadyClock::now()) {}
 
   void Progress() {
     last_progress_ = SteadyClock::now();
     backoff_.Reset();
   }
 
-  // Waits and returns OK when a new attempt makes sense, else returns the failure at once.
+  // Waits and returns OK when a new attempt makes sense, else returns the failure at once: it is
+  // not transient, or nothing came through for the wire's `give_up_after`.
   absl::Status AfterBreak(const absl::Status& failure) {
-    if (!IsTransient(failure) || SecondsSince(last_progress_) > give_up_after_) return failure;
-    SleepSeconds(backoff_.Next(Explain(failure).retry_seconds));
+    if (!IsTransient(failure) || SecondsSince(last_progress_) > wire_.options.give_up_after) {
+      return failure;
+    }
+    wire_.Wait(backoff_.Next(Explain(failure).retry_seconds));
     return absl::OkStatus();
   }
 
  private:
-  double give_up_after_;
+  const Wire& wire_;
   Backoff backoff_;
   SteadyClock::time_point last_progress_;
 };

@@ -14,6 +14,9 @@ namespace {
 
 constexpr int kKeepaliveMs = 5'000;
 constexpr int kKeepaliveTimeoutMs = 4'000;
+// What an attempt to connect may take, whatever the argument is called: TCP, TLS and HTTP/2 greet
+// in four round trips, of a second each over a satellite, and one of them may get lost.
+constexpr int kConnectTimeoutMs = 10'000;
 // A full plan comes with a page of scores and its patches.
 constexpr int kLargestMessage = 64 << 20;
 
@@ -25,7 +28,7 @@ Wire::Wire(ClientOptions client_options) : options(std::move(client_options)) {
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMs);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveTimeoutMs);
   arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
-  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 200);
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kConnectTimeoutMs);
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2'000);
   // The client retries by itself, since retrying has to know request ids, RetryInfo and resuming.
@@ -48,6 +51,12 @@ absl::Status Wire::Prepare(grpc::ClientContext& context) const {
   if (!usable.ok()) return usable;
   if (!options.traceparent.empty()) context.AddMetadata("traceparent", options.traceparent);
   return AddToken(options, context);
+}
+
+void Wire::Wait(double seconds) const {
+  const auto begun = SteadyClock::now();
+  channel->WaitForConnected(DeadlineIn(seconds));
+  SleepSeconds(seconds - SecondsSince(begun));
 }
 
 std::chrono::system_clock::time_point DeadlineIn(double seconds) {

@@ -29,6 +29,10 @@ struct Wire {
   // cannot be met.
   absl::Status Prepare(grpc::ClientContext& context) const;
 
+  // Waits so many seconds before another attempt, and gets a lost link back meanwhile: gRPC goes on
+  // with a connection while somebody waits for it, and otherwise looks after it every 5 s only.
+  void Wait(double seconds) const;
+
   ClientOptions options;
   absl::Status usable;  // why there is no usable channel
   std::shared_ptr<grpc::Channel> channel;

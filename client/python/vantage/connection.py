@@ -26,9 +26,10 @@ _SERVICES = ((session_service_pb2, session_service_pb2_grpc, "Session"),
              (model_service_pb2, model_service_pb2_grpc, "Model"),
              (fleet_service_pb2, fleet_service_pb2_grpc, "Fleet"))
 # As the C++ client: a link that goes silent is found dead within 9 s. It retries by itself, since
-# that has to know request ids, RetryInfo and resuming.
+# that has to know request ids, RetryInfo and resuming. min_reconnect_backoff is what an attempt to
+# connect may take: TCP, TLS and HTTP/2 greet in four round trips, of a second each over a satellite.
 _CHANNEL = (("grpc.keepalive_time_ms", 5000), ("grpc.keepalive_timeout_ms", 4000),
-            ("grpc.http2.max_pings_without_data", 0), ("grpc.min_reconnect_backoff_ms", 200),
+            ("grpc.http2.max_pings_without_data", 0), ("grpc.min_reconnect_backoff_ms", 10_000),
             ("grpc.initial_reconnect_backoff_ms", 100), ("grpc.max_reconnect_backoff_ms", 2000),
             ("grpc.enable_retries", 0), ("grpc.max_receive_message_length", 64 << 20))
 
@@ -122,8 +123,21 @@ class Connection:
             wait = backoff.next(failure.retry_seconds)
             if time.monotonic() + wait > deadline:
                 break
-            time.sleep(wait)
+            self.wait(wait)
         raise failure
+
+    def wait(self, seconds: float) -> None:
+        """Before another attempt, and gets a lost link back meanwhile: gRPC goes on with a connection
+        while somebody waits for it, and otherwise looks after it every 5 s only."""
+        until = time.monotonic() + seconds
+        ready = grpc.channel_ready_future(self._channel)
+        try:
+            ready.result(timeout=seconds)
+        except grpc.FutureTimeoutError:
+            pass
+        finally:
+            ready.cancel()
+        time.sleep(max(0.0, until - time.monotonic()))
 
     def pages(self, request: Any, field: str) -> Iterator[Any]:
         """The entries of a list, page after page."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 import time
-from typing import Optional
+from typing import Callable, Optional
 
 from vantage.errors import VantageError
 
@@ -28,10 +28,11 @@ class Backoff:
 
 
 class Resumption:
-    """give_up_after: s, counted from the last progress."""
+    """give_up_after: s, counted from the last progress; wait: waits so many seconds."""
 
-    def __init__(self, give_up_after: float) -> None:
+    def __init__(self, give_up_after: float, wait: Callable[[float], None] = time.sleep) -> None:
         self._give_up_after = give_up_after
+        self._wait = wait
         self._backoff = Backoff()
         self._last_progress = time.monotonic()
 
@@ -43,7 +44,7 @@ class Resumption:
         """Waits, and returns when a new attempt makes sense; else raises the failure at once."""
         if not failure.transient or time.monotonic() - self._last_progress > self._give_up_after:
             raise failure
-        time.sleep(self._backoff.next(failure.retry_seconds))
+        self._wait(self._backoff.next(failure.retry_seconds))
 
 
 class LoadingWait:

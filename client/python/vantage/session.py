@@ -88,7 +88,7 @@ class Session:
             x, y, z = station
             upload.file.station.CopyFrom(geometry_pb2.Vector3(x=x, y=y, z=z))
         state = send(self._connection, self.name, upload, path.read_bytes(), progress or _silent)
-        resumption = Resumption(self._connection.options.give_up_after)
+        resumption = Resumption(self._connection.options.give_up_after, self._connection.wait)
         while state.state == upload_pb2.UPLOAD_STATE_READING:
             time.sleep(0.2)
             try:

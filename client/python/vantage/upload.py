@@ -192,7 +192,7 @@ def send(connection: Connection, session: str, upload: upload_pb2.Upload, data: 
     upload.total.sha256 = hashlib.sha256(data).digest()
     create = scan_service_pb2.CreateUploadRequest(parent=session, upload=upload)
     progress = UploadProgress(total_bytes=len(data))
-    resumption = Resumption(connection.options.give_up_after)
+    resumption = Resumption(connection.options.give_up_after, connection.wait)
 
     def resumed(call: Callable[[], Any]) -> Any:
         while True:

@@ -41,7 +41,7 @@ def _loaded(connection: Connection, method: Any, request: Any) -> Iterator[Any]:
 def _resumed(connection: Connection, method: Any, request: Callable[[], Any],
              ended: Callable[[], bool] = lambda: False) -> Iterator[Any]:
     """One stream after the other, until `ended`; heartbeats count as progress and are left out."""
-    resumption = Resumption(connection.options.give_up_after)
+    resumption = Resumption(connection.options.give_up_after, connection.wait)
     while True:
         failure: VantageError = Unavailable("the server closed the watch")
         try:

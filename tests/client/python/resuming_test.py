@@ -114,6 +114,28 @@ class ResumingTest(unittest.TestCase):
         with self.assertRaises(errors.Unavailable):
             job.upload(self.image)
 
+    def test_a_lost_link_comes_back_while_one_waits(self):
+        client = vantage.connect(self.server.address, attempts=1)
+        self.addCleanup(client.close)
+        job = client.session("job")
+        job.get()
+        self.server.kill()
+        for _ in range(4):
+            with self.assertRaises(errors.Unavailable):
+                job.get()
+            client._connection.wait(0.3)
+        self.server.start()
+        client._connection.wait(3)
+        self.assertEqual(job.get().name, "sessions/job")
+
+    def reject_once_served(self):
+        # However long a busy machine takes to start the server.
+        while True:
+            try:
+                return self.job.reject(0, 0, 0)
+            except errors.Unavailable:
+                time.sleep(0.2)
+
     def test_watch_and_plan_go_on(self):
         small = room.scan(FIRST)
         self.assertEqual(self.job.upload(small).wait().state, scan_pb2.SCAN_STATE_MERGED)
@@ -121,7 +143,7 @@ class ResumingTest(unittest.TestCase):
         seen = [next(events).sequence for _ in range(5)]
         self.server.kill()
         threading.Timer(0.5, self.server.start).start()
-        threading.Timer(3, lambda: self.job.reject(0, 0, 0)).start()
+        threading.Timer(3, self.reject_once_served).start()
         for event in events:
             seen.append(event.sequence)
             if event.WhichOneof("event") == "view_rejected":
