@@ -10,6 +10,7 @@ namespace vantage::fleet {
 namespace {
 
 constexpr float kFar = std::numeric_limits<float>::infinity();
+constexpr uint32_t kNowhere = std::numeric_limits<uint32_t>::max();
 constexpr size_t kColumnsBetweenPolls = 1024;
 
 // The search for ways over the nodes of a grid.
@@ -56,7 +57,7 @@ class Search {
   }
 
  private:
-  Eigen::Vector2i At(uint32_t i) const { return grid_.nodes.Column(i); }
+  const Eigen::Vector2i& At(uint32_t i) const { return grid_.nodes.Column(i); }
   float Distance(uint32_t a, uint32_t b) const {
     return static_cast<float>(grid_.nodes.cell_size() * (At(a) - At(b)).cast<double>().norm());
   }
@@ -68,15 +69,16 @@ class Search {
     });
   }
   // Where the way from a node goes on in a neighbouring column: to the floor nearest in height.
-  std::optional<uint32_t> Onward(uint32_t from, const Eigen::Vector2i& column) const {
-    std::optional<uint32_t> nearest;
+  // kNowhere: it does not.
+  uint32_t Onward(uint32_t from, const Eigen::Vector2i& column) const {
+    uint32_t nearest = kNowhere;
     const auto apart = [&](uint32_t node) {
       return std::abs(grid_.nodes.Height(node) - grid_.nodes.Height(from));
     };
     const auto [begin, end] = grid_.nodes.In(column);
     for (uint32_t to = begin; to < end; ++to) {
       if (!Passable(to) || !grid_.nodes.IsStep(from, to)) continue;
-      if (!nearest.has_value() || apart(to) < apart(*nearest)) nearest = to;
+      if (nearest == kNowhere || apart(to) < apart(nearest)) nearest = to;
     }
     return nearest;
   }
@@ -104,9 +106,8 @@ class Search {
         at.y() += sign.y();
         ++steps.y();
       }
-      const std::optional<uint32_t> next = Onward(here, at);
-      if (!next.has_value()) return false;
-      here = *next;
+      here = Onward(here, at);
+      if (here == kNowhere) return false;
     }
     return here == b;
   }

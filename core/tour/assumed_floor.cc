@@ -37,8 +37,8 @@ fleet::WalkGrid AssumedFloor(const planning::PlanningProblem& problem, double he
   // Columns in whose middle the scanner does not fit beside a piece of surface.
   const double cell = known.cell_size();
   const double half = problem.config().scanner_width / 2;
-  problem.view().ForEachSurface([&](const model::VoxelIndex&, model::VoxelState state,
-                                    const model::SurfaceVoxel& voxel) {
+  const auto block = [&](const model::VoxelIndex&, model::VoxelState state,
+                         const model::SurfaceVoxel& voxel) {
     const double over = voxel.centroid.z() - height;
     if (state != model::VoxelState::kTrueSurface || over < kSteppedOver || over > kPassedUnder) {
       return;
@@ -53,7 +53,14 @@ fleet::WalkGrid AssumedFloor(const planning::PlanningProblem& problem, double he
         if (node != end && (centre - at).norm() < half) grid.passable[node] = 0;
       }
     }
-  });
+  };
+  const double edge = model::Brick::kSide * problem.view().voxel_size();
+  for (const model::BrickAt& at : problem.view().bricks()) {
+    const double over = edge * at.brick.z() - height;
+    if (over + edge >= kSteppedOver && over <= kPassedUnder) {
+      model::PlanningView::ForEachSurfaceOf(at, block);
+    }
+  }
   for (uint32_t node = 0; node < known.count(); ++node) {
     if (!reach.Passable(node) || std::abs(known.Height(node) - z) > kSameFloor) continue;
     grid.passable[grid.nodes.In(known.Column(node)).first] = 1;

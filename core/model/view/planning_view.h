@@ -92,13 +92,16 @@ class PlanningView {
   // the same order (bricks by z, y, x; voxels within a brick likewise).
   template <typename Fn>
   void ForEachSurface(Fn&& fn) const {
-    for (const BrickAt& at : bricks()) {
-      size_t rank = 0;
-      for (int word = 0; word < Brick::kSide; ++word) {
-        for (uint64_t bits = at.contents->surface_mask[word]; bits != 0; bits &= bits - 1) {
-          const int local = word * 64 + std::countr_zero(bits);
-          fn(Global(at.brick, local), at.contents->state[local], at.contents->surface[rank++]);
-        }
+    for (const BrickAt& at : bricks()) ForEachSurfaceOf(at, fn);
+  }
+  // The same, of one brick.
+  template <typename Fn>
+  static void ForEachSurfaceOf(const BrickAt& at, Fn&& fn) {
+    size_t rank = 0;
+    for (int word = 0; word < Brick::kSide; ++word) {
+      for (uint64_t bits = at.contents->surface_mask[word]; bits != 0; bits &= bits - 1) {
+        const int local = word * 64 + std::countr_zero(bits);
+        fn(Global(at.brick, local), at.contents->state[local], at.contents->surface[rank++]);
       }
     }
   }

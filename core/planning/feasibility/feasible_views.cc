@@ -77,8 +77,9 @@ absl::StatusOr<FeasibleViews> FeasibleViews::FindExpected(
   if (!views.Judge(standing, standing_grid, ways, scanner, config, parallel, cancelled)) {
     return absl::CancelledError("feasible views");
   }
-  const auto direct = ReachMap::Find(standing, standing_grid, floor, config, views.first_.head<2>(),
-                                     views.size_.head<2>(), views.voxels_per_cell_, cancelled);
+  const auto direct =
+      ReachMap::Find(standing, standing_grid, floor, config, views.first_.head<2>(),
+                     views.size_.head<2>(), views.voxels_per_cell_, parallel, cancelled);
   if (!direct.ok()) return absl::CancelledError("feasible views");
   views.RequireSeen(grid, known);
   views.RequireSound(*direct, known);
@@ -177,7 +178,7 @@ bool FeasibleViews::Judge(const model::PlanningView& model, const visibility::Op
   if (!CarveClearance(grid, scanner.clearance, parallel, cancelled)) return false;
   ExemptStations(model, scanner.clearance);
   auto reach = ReachMap::Find(model, grid, ways, config, first_.head<2>(), size_.head<2>(),
-                              voxels_per_cell_, cancelled);
+                              voxels_per_cell_, parallel, cancelled);
   if (!reach.ok()) return false;
   reach_ = *std::move(reach);
   return true;

@@ -13,19 +13,19 @@ FloorColumns::FloorColumns(const model::VoxelBox& box) {
   begin_.assign(static_cast<size_t>(size_.x()) * static_cast<size_t>(size_.y()) + 1, 0);
 }
 
-void FloorColumns::Assign(std::vector<PlacedFloor> placed) {
-  std::sort(placed.begin(), placed.end(), [](const PlacedFloor& a, const PlacedFloor& b) {
-    return std::tie(a.column, a.floor.height, a.floor.source) <
-           std::tie(b.column, b.floor.height, b.floor.source);
-  });
+void FloorColumns::Assign(std::span<const PlacedFloor> placed) {
   std::fill(begin_.begin(), begin_.end(), 0);
-  floors_.clear();
-  floors_.reserve(placed.size());
-  for (const PlacedFloor& p : placed) {
-    ++begin_[p.column + 1];
-    floors_.push_back(p.floor);
-  }
+  for (const PlacedFloor& p : placed) ++begin_[p.column + 1];
   for (size_t column = 1; column < begin_.size(); ++column) begin_[column] += begin_[column - 1];
+  floors_.resize(placed.size());
+  std::vector<uint32_t> next = begin_;
+  for (const PlacedFloor& p : placed) floors_[next[p.column]++] = p.floor;
+  for (uint32_t column = 0; column < columns(); ++column) {
+    std::sort(floors_.begin() + begin_[column], floors_.begin() + begin_[column + 1],
+              [](const Floor& a, const Floor& b) {
+                return std::tie(a.height, a.source) < std::tie(b.height, b.source);
+              });
+  }
 }
 
 std::vector<PlacedFloor> FloorColumns::Placed() const {

@@ -49,7 +49,7 @@ class FloorColumns {
   explicit FloorColumns(const model::VoxelBox& box);
 
   // Replaces all floors. The order does not matter.
-  void Assign(std::vector<PlacedFloor> placed);
+  void Assign(std::span<const PlacedFloor> placed);
   // What Assign() would have to be given.
   std::vector<PlacedFloor> Placed() const;
 

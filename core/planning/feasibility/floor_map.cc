@@ -21,7 +21,7 @@ absl::StatusOr<FloorMap> FloorMap::Find(const model::PlanningView& model,
     for (uint32_t column = 0; column < everywhere.size(); ++column) {
       everywhere[column] = {column, {static_cast<float>(*given), FloorSource::kGiven}};
     }
-    map.columns_.Assign(std::move(everywhere));
+    map.columns_.Assign(everywhere);
     map.storeys_ = Storeys(*given);
   } else if (!map.FindIn(model, cancelled)) {
     return absl::CancelledError("floor map");
@@ -47,7 +47,7 @@ FloorMap FloorMap::With(std::span<const ExpectedFloor> expected,
     placed.push_back({map.columns_.ColumnOf(floor.voxel.x(), floor.voxel.y()),
                       {floor.height, FloorSource::kExpected}});
   }
-  map.columns_.Assign(std::move(placed));
+  map.columns_.Assign(placed);
   map.FindExtremes();
   return map;
 }
@@ -59,7 +59,7 @@ absl::StatusOr<FloorMap> FloorMap::WithShadows(const model::PlanningView& model,
   FloorMap map = *this;
   std::vector<PlacedFloor> placed = columns_.Placed();
   placed.insert(placed.end(), shadows->begin(), shadows->end());
-  map.columns_.Assign(std::move(placed));
+  map.columns_.Assign(placed);
   map.FindExtremes();
   return map;
 }
@@ -75,11 +75,11 @@ void FloorMap::FindExtremes() {
 bool FloorMap::FindIn(const model::PlanningView& model, const parallel::Cancellation& cancelled) {
   std::optional<std::vector<PlacedFloor>> measured = MeasuredFloor(model, columns_, cancelled);
   if (!measured.has_value()) return false;
-  columns_.Assign(*std::move(measured));
+  columns_.Assign(*measured);
   const auto add = [&](const std::vector<PlacedFloor>& more) {
     std::vector<PlacedFloor> all = columns_.Placed();
     all.insert(all.end(), more.begin(), more.end());
-    columns_.Assign(std::move(all));
+    columns_.Assign(all);
   };
   const auto at_walls = FloorAtWalls(model, columns_, cancelled);
   if (!at_walls.has_value()) return false;

@@ -1,9 +1,5 @@
 #include "core/planning/feasibility/floor_nodes.h"
 
-#include <cmath>
-
-#include "core/planning/feasibility/floor_pieces.h"
-
 namespace vantage::planning {
 
 FloorNodes::FloorNodes(const Eigen::Vector2i& first, const Eigen::Vector2i& size, double cell_size)
@@ -12,7 +8,8 @@ FloorNodes::FloorNodes(const Eigen::Vector2i& first, const Eigen::Vector2i& size
 }
 
 void FloorNodes::AddColumn(const std::vector<float>& heights) {
-  const auto column = static_cast<uint32_t>(begin_.size() - 1);
+  const auto at = static_cast<int>(begin_.size() - 1);
+  const Eigen::Vector2i column = first_ + Eigen::Vector2i(at % size_.x(), at / size_.x());
   for (const float height : heights) {
     column_.push_back(column);
     height_.push_back(height);
@@ -25,7 +22,7 @@ uint32_t FloorNodes::Insert(const Eigen::Vector2i& column, float height) {
   uint32_t node = begin_[at];
   while (node < begin_[at + 1] && height_[node] < height) ++node;
   height_.insert(height_.begin() + node, height);
-  column_.insert(column_.begin() + node, static_cast<uint32_t>(at));
+  column_.insert(column_.begin() + node, column);
   for (size_t i = at + 1; i < begin_.size(); ++i) ++begin_[i];
   return node;
 }
@@ -38,10 +35,6 @@ std::optional<uint32_t> FloorNodes::Under(const Eigen::Vector3d& p) const {
     if (static_cast<double>(height_[node]) <= p.z()) under = node;
   }
   return under;
-}
-
-bool FloorNodes::IsStep(uint32_t from, uint32_t to) const {
-  return static_cast<double>(std::abs(height_[to] - height_[from])) <= kMaxStep;
 }
 
 }  // namespace vantage::planning

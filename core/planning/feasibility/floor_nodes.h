@@ -4,11 +4,14 @@
 #define VANTAGE_CORE_PLANNING_FEASIBILITY_FLOOR_NODES_H_
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <utility>
 #include <vector>
+
+#include "core/planning/feasibility/floor_pieces.h"
 
 namespace vantage::planning {
 
@@ -38,10 +41,7 @@ class FloorNodes {
   }
   // z of the floor, m.
   float Height(uint32_t node) const { return height_[node]; }
-  Eigen::Vector2i Column(uint32_t node) const {
-    const auto at = static_cast<int>(column_[node]);
-    return first_ + Eigen::Vector2i(at % size_.x(), at / size_.x());
-  }
+  const Eigen::Vector2i& Column(uint32_t node) const { return column_[node]; }
   // A column's nodes, [begin, end), from the lowest up; none outside.
   std::pair<uint32_t, uint32_t> In(const Eigen::Vector2i& column) const {
     if (!Inside(column)) return {0, 0};
@@ -65,7 +65,9 @@ class FloorNodes {
     }
   }
   // True when the heights of two nodes differ by a step at most.
-  bool IsStep(uint32_t from, uint32_t to) const;
+  bool IsStep(uint32_t from, uint32_t to) const {
+    return static_cast<double>(std::abs(height_[to] - height_[from])) <= kMaxStep;
+  }
 
  private:
   size_t Index(const Eigen::Vector2i& column) const {
@@ -76,9 +78,9 @@ class FloorNodes {
   Eigen::Vector2i first_ = Eigen::Vector2i::Zero();
   Eigen::Vector2i size_ = Eigen::Vector2i::Zero();
   double cell_size_ = 0;
-  std::vector<uint32_t> begin_ = {0};  // of each column its first node; one more at the end
-  std::vector<uint32_t> column_;       // by node
-  std::vector<float> height_;          // by node
+  std::vector<uint32_t> begin_ = {0};    // of each column its first node; one more at the end
+  std::vector<Eigen::Vector2i> column_;  // by node
+  std::vector<float> height_;            // by node
 };
 
 }  // namespace vantage::planning

@@ -62,6 +62,7 @@ absl::StatusOr<ReachMap> ReachMap::Find(const model::PlanningView& model,
                                         const visibility::OpaqueGrid& grid, const FloorMap& floor,
                                         const PlanningConfig& config, const Eigen::Vector2i& first,
                                         const Eigen::Vector2i& size, int voxels_per_cell,
+                                        parallel::Parallel& parallel,
                                         const parallel::Cancellation& cancelled) {
   ReachMap map;
   map.per_cell_ = voxels_per_cell;
@@ -70,7 +71,7 @@ absl::StatusOr<ReachMap> ReachMap::Find(const model::PlanningView& model,
   map.AddNodes(floor.columns());
   // Nodes that are added move others, so all are there before any is kept.
   for (const model::Station& station : model.stations()) (void)map.NodeOf(station);
-  map.FindPassable(model, grid, floor.columns(), config, cancelled);
+  map.FindPassable(model, grid, floor.columns(), config, parallel, cancelled);
   if (!cancelled.Requested()) map.Flood(model, cancelled);
   if (cancelled.Requested()) return absl::CancelledError("reachability");
   return map;
@@ -94,7 +95,7 @@ int ReachMap::Middle(int column) const {
 
 void ReachMap::FindPassable(const model::PlanningView& model, const visibility::OpaqueGrid& grid,
                             const FloorColumns& floor, const PlanningConfig& config,
-                            const parallel::Cancellation& cancelled) {
+                            parallel::Parallel& parallel, const parallel::Cancellation& cancelled) {
   const double voxel = model.voxel_size();
   const double radius = config.scanner_width / 2 / voxel;  // in voxels
   std::vector<uint8_t> free(floor.floors().size(), 0);     // by floor of a column of voxels
@@ -108,9 +109,7 @@ void ReachMap::FindPassable(const model::PlanningView& model, const visibility::
       ways.push_back({station, static_cast<double>(nodes_.Height(*node))});
     }
   }
-  uint32_t column = 0;
-  for (size_t i = 0; i < free.size(); ++column) {
-    if (column % static_cast<uint32_t>(floor.size().x()) == 0 && cancelled.Requested()) return;
+  const auto fits_column = [&](uint32_t column) {
     const Eigen::Vector2i at = floor.Voxel(column);
     for (const Floor& here : floor.In(column)) {
       // The edge of a step that is hidden shows over where it is taken to lie.
@@ -121,17 +120,26 @@ void ReachMap::FindPassable(const model::PlanningView& model, const visibility::
       bool fits = FreeToPass(model, grid, at.x(), at.y(), low, high);
       for (const auto& [station, height] : ways) {
         if (fits) break;
-        const double away = std::hypot((at.x() + 0.5) * voxel - station.position.x(),
-                                       (at.y() + 0.5) * voxel - station.position.y());
+        const double away =
+            ((at.cast<double>().array() + 0.5) * voxel - station.position.head<2>().array())
+                .matrix()
+                .norm();
         // The way in was on the station's own floor or by stairs, not above it or below.
         const double aside = std::max(kOwnFloor, kMaxStep + kSteepestStairs * away);
         if (std::abs(height - static_cast<double>(here.height)) > aside) continue;
         fits = away <= 2 * (station.position.z() - static_cast<double>(here.height)) &&
                OnTheWayIn(model, at.x(), at.y(), low, high, away);
       }
-      free[i++] = fits;
+      free[static_cast<size_t>(&here - floor.floors().data())] = fits;
     }
-  }
+  };
+  const auto row_length = static_cast<uint32_t>(floor.size().x());
+  parallel.For(static_cast<size_t>(floor.size().y()), [&](size_t row) {
+    if (cancelled.Requested()) return;
+    for (uint32_t x = 0; x < row_length; ++x) {
+      fits_column(static_cast<uint32_t>(row) * row_length + x);
+    }
+  });
   // Within its width the floor may rise and fall as stairs do.
   const auto fits = [&](int x, int y, float height, double away) {
     const double most = kMaxStep + kSteepestStairs * away * voxel;
@@ -164,17 +172,21 @@ void ReachMap::FindPassable(const model::PlanningView& model, const visibility::
                    [](const Under& a, const Under& b) { return a.away < b.away; });
   width_ = static_cast<float>(config.scanner_width);
   clear_width_.assign(nodes_.count(), 0);
-  int row = std::numeric_limits<int>::min();
-  for (uint32_t node = 0; node < nodes_.count(); ++node) {
-    const Eigen::Vector2i c = nodes_.Column(node);
-    if (c.y() != row && cancelled.Requested()) return;
-    row = c.y();
-    const Eigen::Vector2i middle(Middle(c.x()), Middle(c.y()));
-    const auto wall = std::find_if(under.begin(), under.end(), [&](const Under& there) {
-      return !fits(middle.x() + there.x, middle.y() + there.y, nodes_.Height(node), there.away);
-    });
-    clear_width_[node] = wall == under.end() ? width_ : static_cast<float>(2 * voxel * wall->away);
-  }
+  parallel.For(static_cast<size_t>(nodes_.size().y()), [&](size_t row) {
+    if (cancelled.Requested()) return;
+    const int y = nodes_.first().y() + static_cast<int>(row);
+    for (int x = nodes_.first().x(); x < nodes_.first().x() + nodes_.size().x(); ++x) {
+      const Eigen::Vector2i middle(Middle(x), Middle(y));
+      const auto [begin, end] = nodes_.In({x, y});
+      for (uint32_t node = begin; node < end; ++node) {
+        const auto wall = std::find_if(under.begin(), under.end(), [&](const Under& there) {
+          return !fits(middle.x() + there.x, middle.y() + there.y, nodes_.Height(node), there.away);
+        });
+        clear_width_[node] =
+            wall == under.end() ? width_ : static_cast<float>(2 * voxel * wall->away);
+      }
+    }
+  });
 }
 
 // Adds a node where a station stands on a floor that is not known there. It stands on the highest

@@ -10,6 +10,7 @@
 #include "absl/status/statusor.h"
 #include "core/model/view/planning_view.h"
 #include "core/parallel/cancellation.h"
+#include "core/parallel/parallel.h"
 #include "core/planning/feasibility/floor_map.h"
 #include "core/planning/feasibility/floor_nodes.h"
 #include "core/planning/plan/planning_config.h"
@@ -32,12 +33,13 @@ inline int FirstLayerOverFloor(float floor_height, double voxel) {
 class ReachMap {
  public:
   ReachMap() = default;  // of no columns
-  // Columns [first, first + size) of `voxels_per_cell` voxels each. CANCELLED when that was
-  // requested on the way.
+  // Columns [first, first + size) of `voxels_per_cell` voxels each. The same on any number of
+  // threads. CANCELLED when that was requested on the way.
   static absl::StatusOr<ReachMap> Find(const model::PlanningView& model,
                                        const visibility::OpaqueGrid& grid, const FloorMap& floor,
                                        const PlanningConfig& config, const Eigen::Vector2i& first,
                                        const Eigen::Vector2i& size, int voxels_per_cell,
+                                       parallel::Parallel& parallel,
                                        const parallel::Cancellation& cancelled = {});
 
   const FloorNodes& nodes() const { return nodes_; }
@@ -65,7 +67,7 @@ class ReachMap {
   int Middle(int column) const;
   void FindPassable(const model::PlanningView& model, const visibility::OpaqueGrid& grid,
                     const FloorColumns& floor, const PlanningConfig& config,
-                    const parallel::Cancellation& cancelled);
+                    parallel::Parallel& parallel, const parallel::Cancellation& cancelled);
   std::optional<uint32_t> NodeOf(const model::Station& station);
   std::vector<uint32_t> StationNodes(const model::PlanningView& model) const;
   void Flood(const model::PlanningView& model, const parallel::Cancellation& cancelled);

@@ -166,8 +166,9 @@ class CoarseCellTable {
           const size_t cube = CubeIn(to, shift_);
           const uint32_t begin = brick->first + (cube == 0 ? 0 : brick->end[cube - 1]);
           const uint32_t end = brick->first + brick->end[cube];
+          const bool own = dx == 0 && dy == 0 && dz == 0;
           for (uint32_t i = begin; i < end; ++i) {
-            if (cells_.Voxel(i) != v) fn(i);
+            if (!own || cells_.Voxel(i) != v) fn(i);
           }
         }
       }

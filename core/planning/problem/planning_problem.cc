@@ -124,28 +124,14 @@ absl::StatusOr<std::shared_ptr<const PlanningProblem>> PlanningProblem::Prepare(
   if (!ranked.ok()) return During(PlanStage::kRankPatches, ranked);
   clock.Book(PlanStage::kRankPatches);
 
-  // What D needs and, beside it, what F needs.
-  absl::StatusOr<std::unique_ptr<const Scoring>> scoring = absl::UnknownError("not made");
-  absl::StatusOr<OverlapSurface> overlap = absl::UnknownError("not made");
-  parallel.For(2, [&](size_t part) {
-    if (part == 1) {
-      overlap = OverlapSurface::Create(model, problem->grid(), problem->scene(), problem->scanner_,
-                                       parallel, cancelled);
-      return;
-    }
-    auto cells = Scoring::CellsOf(problem->grid(), problem->patches(), problem->scanner_, config,
-                                  parallel, cancelled);
-    if (!cells.ok()) {
-      scoring = cells.status();
-      return;
-    }
-    scoring = Scoring::Create(model.voxel_size(), problem->grid(), problem->scene(),
-                              *std::move(cells), problem->scanner_, config, parallel, cancelled);
-  });
+  // What D needs.
+  auto cells = Scoring::CellsOf(problem->grid(), problem->patches(), problem->scanner_, config,
+                                parallel, cancelled);
+  if (!cells.ok()) return During(PlanStage::kEvaluate, cells.status());
+  auto scoring = Scoring::Create(model.voxel_size(), problem->grid(), problem->scene(),
+                                 *std::move(cells), problem->scanner_, config, parallel, cancelled);
   if (!scoring.ok()) return During(PlanStage::kEvaluate, scoring.status());
-  if (!overlap.ok()) return During(PlanStage::kCheck, overlap.status());
   problem->scoring_ = *std::move(scoring);
-  problem->overlap_.emplace(*std::move(overlap));
   clock.Book(PlanStage::kEvaluate);
   return std::shared_ptr<const PlanningProblem>(std::move(problem));
 }
@@ -200,7 +186,8 @@ absl::Status PlanningProblem::FindViews(const Common& common, Making& making,
   return absl::OkStatus();
 }
 
-// Coverage, patches and the scene need nothing of one another.
+// Coverage, patches, and the scene with what F needs need nothing of one another. Patches grow on
+// one thread, and take longest.
 absl::Status PlanningProblem::ExtractSurface(const Common& common, Making& making,
                                              parallel::Parallel& parallel,
                                              const parallel::Cancellation& cancelled) {
@@ -209,31 +196,43 @@ absl::Status PlanningProblem::ExtractSurface(const Common& common, Making& makin
   const Expectation* const expected = making.expectation.get();
   absl::StatusOr<Coverage> coverage = Coverage();
   absl::StatusOr<PatchSet> patches = PatchSet();
-  absl::StatusOr<visibility::OcclusionScene> scene = absl::UnknownError("not made");
+  absl::Status scene;
+  absl::StatusOr<OverlapSurface> overlap = absl::UnknownError("not made");
   parallel.For(3, [&](size_t part) {
-    if (part == 0 && !common.coverage) {
+    if (part == 1 && !common.coverage) {
       const FeasibleViews& known = expected != nullptr ? known_ : feasible_;
       coverage = MeasureCoverage(model_, std::span(&scanner_, 1), config_, known.floor(),
                                  *std::move(making.openings), cancelled);
     }
-    if (part == 1 && !common.surface) {
+    if (part == 0 && !common.surface) {
       patches = ExtractPatches(expected != nullptr ? expected->view() : model_, config_, {},
                                cancelled, site_ != nullptr ? site_->Told() : Region());
       if (patches.ok() && expected != nullptr) MarkExpected(*expected, *patches);
     }
-    if (part == 2 && !common.scene) {
-      scene = visibility::OcclusionScene::Create(*making.grid, parallel, cancelled);
+    if (part == 2) {
+      if (!common.scene) scene = MakeScene(making, parallel, cancelled);
+      if (scene.ok()) {
+        overlap =
+            OverlapSurface::Create(model_, grid(), this->scene(), scanner_, parallel, cancelled);
+      }
     }
   });
   if (!coverage.ok()) return During(PlanStage::kPatches, coverage.status());
   if (!patches.ok()) return During(PlanStage::kPatches, patches.status());
-  if (!common.scene && !scene.ok()) return During(PlanStage::kEvaluate, scene.status());
+  if (!scene.ok()) return During(PlanStage::kEvaluate, scene);
+  if (!overlap.ok()) return During(PlanStage::kCheck, overlap.status());
+  overlap_.emplace(*std::move(overlap));
   if (!common.coverage) coverage_ = std::make_shared<const Coverage>(*std::move(coverage));
   if (!common.surface) making.patches = *std::move(patches);
-  if (!common.scene) {
-    occlusion_ = std::make_shared<const Occlusion>(
-        Occlusion{std::move(making.expectation), *std::move(making.grid), *std::move(scene)});
-  }
+  return absl::OkStatus();
+}
+
+absl::Status PlanningProblem::MakeScene(Making& making, parallel::Parallel& parallel,
+                                        const parallel::Cancellation& cancelled) {
+  auto scene = visibility::OcclusionScene::Create(*making.grid, parallel, cancelled);
+  if (!scene.ok()) return scene.status();
+  occlusion_ = std::make_shared<const Occlusion>(
+      Occlusion{making.expectation, *std::move(making.grid), *std::move(scene)});
   return absl::OkStatus();
 }
 

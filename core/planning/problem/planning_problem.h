@@ -106,6 +106,8 @@ class PlanningProblem {
                          const parallel::Cancellation& cancelled);
   absl::Status ExtractSurface(const Common& common, Making& making, parallel::Parallel& parallel,
                               const parallel::Cancellation& cancelled);
+  absl::Status MakeScene(Making& making, parallel::Parallel& parallel,
+                         const parallel::Cancellation& cancelled);
   absl::Status RankSurface(const Common& common, Making& making,
                            const parallel::Cancellation& cancelled);
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -15,8 +16,6 @@
 
 namespace vantage::planning {
 namespace {
-
-constexpr uint32_t kCellsBetweenPolls = 8192;
 
 // How samples on a cell count (algorithm.md section 5, 'What a sample is worth').
 struct SampleWorth {
@@ -48,73 +47,92 @@ SkylineSines Expected(const DeficientCell& cell, const sensor::ScannerModel& sca
   return expected;
 }
 
-// Where rays to cells aim, for a stretch of cells at a time: looking for that takes longer than all
-// else of them.
-class Targets {
- public:
-  Targets(const visibility::OpaqueGrid& grid, const DeficientCells& cells,
-          parallel::Parallel& parallel)
-      : grid_(grid), cells_(cells), parallel_(parallel) {}
-
-  // In voxels; nothing where none can. Asked for in order.
-  const std::optional<Eigen::Vector3d>& Of(uint32_t cell) {
-    if (cell >= begin_ + targets_.size()) Find(cell);
-    return targets_[cell - begin_];
-  }
-
- private:
-  static constexpr size_t kStretch = size_t{1} << 16;
-  static constexpr size_t kOfTask = size_t{1} << 11;
-
-  void Find(uint32_t first) {
-    begin_ = first;
-    targets_.assign(std::min(kStretch, cells_.size() - first), std::nullopt);
-    parallel_.For((targets_.size() + kOfTask - 1) / kOfTask, [&](size_t task) {
-      const size_t end = std::min(targets_.size(), (task + 1) * kOfTask);
-      for (size_t i = task * kOfTask; i < end; ++i) {
-        targets_[i] =
-            visibility::TargetOf(grid_, cells_.Voxel(begin_ + i), cells_.Normal(begin_ + i));
-      }
-    });
-  }
-
-  const visibility::OpaqueGrid& grid_;
-  const DeficientCells& cells_;
-  parallel::Parallel& parallel_;
-  size_t begin_ = 0;
-  std::vector<std::optional<Eigen::Vector3d>> targets_;
+// What the evaluation reads of a cell.
+struct EvaluatedCell {
+  Eigen::Vector3f position;  // m
+  Eigen::Vector3f normal;
+  float factor = 0;        // score per sample / m^2
+  float from = 0;          // samples / m^2: what counts begins there
+  float enough = 0;        // samples / m^2: and ends there
+  Eigen::Vector3f target;  // of rays to it, scene coordinates
+  std::span<const Eigen::Vector3f> dropouts;
+  SkylineSines around;
 };
 
-// The cells of all patches that views can gain on. False when cancelled on the way.
-bool AddCells(const visibility::OpaqueGrid& grid, const PatchSet& patches,
-              const sensor::ScannerModel& scanner, const PlanningConfig& config,
-              parallel::Parallel& parallel, const parallel::Cancellation& cancelled,
-              CellArrays& cells) {
-  const Eigen::Vector3d corner = visibility::SceneCorner(grid);
-  cells.Reserve(patches.cells.size());
-  Targets targets(grid, patches.cells, parallel);
-  for (uint32_t i = 0; i < patches.cells.size(); ++i) {
-    if (i % kCellsBetweenPolls == 0 && cancelled.Requested()) return false;
-    const DeficientCell cell = patches.cells[i];
-    const auto weight = static_cast<float>(config.weights[static_cast<size_t>(cell.kind)]);
+// Cells as the evaluation reads them.
+class EvaluatedCells {
+ public:
+  EvaluatedCells(const visibility::OpaqueGrid& grid, const PatchSet& patches,
+                 const sensor::ScannerModel& scanner, const PlanningConfig& config)
+      : grid_(grid),
+        corner_(visibility::SceneCorner(grid)),
+        patches_(patches),
+        scanner_(scanner),
+        config_(config) {}
+
+  // Nothing where no view gains, or no ray reaches it.
+  std::optional<EvaluatedCell> Of(uint32_t i) const {
+    const DeficientCell cell = patches_.cells[i];
+    const auto weight = static_cast<float>(config_.weights[static_cast<size_t>(cell.kind)]);
     // A scan is scored at the middle of a voxel and recorded at its worst corner. The expected
     // record is therefore the score's density divided by the spread of the scan before; otherwise
     // every place would promise again what it has given already.
-    const SampleWorth worth = WorthOf(cell, config);
+    const SampleWorth worth = WorthOf(cell, config_);
     float factor = worth.factor * weight * cell.worth * cell.success * cell.area / cell.spread;
     float enough = cell.enough * cell.spread;
-    if (!config.density_on_false_surface && cell.kind != model::SurfaceKind::kTrue) {
+    if (!config_.density_on_false_surface && cell.kind != model::SurfaceKind::kTrue) {
       // A single sample on it gains the whole cell.
       factor *= enough;
       enough = 1;
     }
-    if (!(factor > 0)) continue;
-    const std::optional<Eigen::Vector3d>& target = targets.Of(i);
-    if (!target.has_value()) continue;
-    cells.Add(cell.position, cell.normal, factor, worth.from * cell.spread, enough,
-              (*target - corner).cast<float>(), i,
-              std::span(patches.dropouts).subspan(cell.dropouts, cell.dropout_count),
-              Expected(cell, scanner));
+    if (!(factor > 0)) return std::nullopt;
+    const auto target = visibility::TargetOf(grid_, cell.voxel, cell.normal);
+    if (!target.has_value()) return std::nullopt;
+    return EvaluatedCell{cell.position,
+                         cell.normal,
+                         factor,
+                         worth.from * cell.spread,
+                         enough,
+                         (*target - corner_).cast<float>(),
+                         std::span(patches_.dropouts).subspan(cell.dropouts, cell.dropout_count),
+                         Expected(cell, scanner_)};
+  }
+
+ private:
+  const visibility::OpaqueGrid& grid_;
+  const Eigen::Vector3d corner_;
+  const PatchSet& patches_;
+  const sensor::ScannerModel& scanner_;
+  const PlanningConfig& config_;
+};
+
+// The cells of all patches that views can gain on, found in parallel for a stretch of them at a
+// time. False when cancelled on the way.
+bool AddCells(const visibility::OpaqueGrid& grid, const PatchSet& patches,
+              const sensor::ScannerModel& scanner, const PlanningConfig& config,
+              parallel::Parallel& parallel, const parallel::Cancellation& cancelled,
+              CellArrays& cells) {
+  constexpr size_t kStretch = size_t{1} << 15;
+  constexpr size_t kOfTask = size_t{1} << 11;
+  const EvaluatedCells evaluated(grid, patches, scanner, config);
+  const size_t size = patches.cells.size();
+  cells.Reserve(size);
+  std::vector<std::optional<EvaluatedCell>> found(std::min(kStretch, size));
+  for (size_t begin = 0; begin < size; begin += kStretch) {
+    if (cancelled.Requested()) return false;
+    const size_t count = std::min(kStretch, size - begin);
+    parallel.For((count + kOfTask - 1) / kOfTask, [&](size_t task) {
+      const size_t end = std::min(count, (task + 1) * kOfTask);
+      for (size_t i = task * kOfTask; i < end; ++i) {
+        found[i] = evaluated.Of(static_cast<uint32_t>(begin + i));
+      }
+    });
+    for (size_t i = 0; i < count; ++i) {
+      if (!found[i].has_value()) continue;
+      const EvaluatedCell& cell = *found[i];
+      cells.Add(cell.position, cell.normal, cell.factor, cell.from, cell.enough, cell.target,
+                static_cast<uint32_t>(begin + i), cell.dropouts, cell.around);
+    }
   }
   return true;
 }
