@@ -1,6 +1,7 @@
 #include "core/fleet/travel.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <queue>
@@ -13,6 +14,12 @@ constexpr float kFar = std::numeric_limits<float>::infinity();
 constexpr uint32_t kNowhere = std::numeric_limits<uint32_t>::max();
 constexpr size_t kColumnsBetweenPolls = 1024;
 
+// Of the queue, the nearest first: the length so far (m), which is not below 0, and so sorts as its
+// bits do, and the node.
+uint64_t EntryOf(float length, uint32_t node) {
+  return uint64_t{std::bit_cast<uint32_t>(length)} << 32 | node;
+}
+
 // The search for ways over the nodes of a grid.
 class Search {
  public:
@@ -21,24 +28,23 @@ class Search {
 
   // To all nodes, or until the way to `last` is known.
   void From(uint32_t start, std::optional<uint32_t> last, const parallel::Budget& budget) {
-    using Entry = std::pair<float, uint32_t>;  // length so far (m), node
-    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+    std::priority_queue<uint64_t, std::vector<uint64_t>, std::greater<>> queue;
     start_ = start;
     length_[start] = 0;
     parent_[start] = start;
-    queue.emplace(0.0f, start);
+    queue.push(EntryOf(0, start));
     size_t until_poll = kColumnsBetweenPolls;
     while (!queue.empty()) {
       if (until_poll-- == 0) {
         if (budget.Expired()) return Forget();
         until_poll = kColumnsBetweenPolls;
       }
-      const float so_far = queue.top().first;
-      const uint32_t at = queue.top().second;
+      const auto so_far = std::bit_cast<float>(static_cast<uint32_t>(queue.top() >> 32));
+      const auto at = static_cast<uint32_t>(queue.top());
       queue.pop();
       if (done_[at] != 0 || so_far > length_[at]) continue;
       if (!SetVertex(at)) {  // the straight way is blocked, so the way is longer than assumed
-        queue.emplace(length_[at], at);
+        queue.push(EntryOf(length_[at], at));
         continue;
       }
       done_[at] = 1;
@@ -51,7 +57,7 @@ class Search {
         if (length >= length_[to]) return;
         length_[to] = length;
         parent_[to] = corner;
-        queue.emplace(length, to);
+        queue.push(EntryOf(length, to));
       });
     }
   }

@@ -229,13 +229,16 @@ std::shared_ptr<const model::Brick> MeasuredOf(const model::PlanningView& model,
 }
 
 // The model with all that was not measured empty, within its bounds.
-model::PlanningView MeasuredAlone(const model::PlanningView& model) {
-  std::vector<model::BrickAt> changed;
-  for (const model::BrickAt& at : model.bricks()) {
-    if (auto measured = MeasuredOf(model, at); measured != nullptr) {
-      changed.push_back({at.brick, std::move(measured)});
+model::PlanningView MeasuredAlone(const model::PlanningView& model, parallel::Parallel& parallel) {
+  constexpr size_t kBricksOfTask = 64;
+  std::vector<model::BrickAt> changed(model.bricks().begin(), model.bricks().end());
+  parallel.For((changed.size() + kBricksOfTask - 1) / kBricksOfTask, [&](size_t task) {
+    const size_t end = std::min(changed.size(), (task + 1) * kBricksOfTask);
+    for (size_t i = task * kBricksOfTask; i < end; ++i) {
+      changed[i].contents = MeasuredOf(model, changed[i]);
     }
-  }
+  });
+  std::erase_if(changed, [](const model::BrickAt& at) { return at.contents == nullptr; });
   auto empty = std::make_shared<model::Brick>();
   empty->state.fill(model::VoxelState::kEmpty);
   model::EmptiedBricks emptied;
@@ -263,10 +266,11 @@ model::PlanningView MeasuredAlone(const model::PlanningView& model) {
 Expectation::Expectation(const model::PlanningView& model, model::PlanningView view,
                          std::vector<ExpectedFloor> floors, std::vector<Room> rooms,
                          absl::flat_hash_set<std::pair<int, int>> glimpsed,
-                         absl::flat_hash_set<std::pair<int, int>> by_prior)
+                         absl::flat_hash_set<std::pair<int, int>> by_prior,
+                         parallel::Parallel& parallel)
     : model_(model),
       view_(std::move(view)),
-      standing_(MeasuredAlone(view_)),
+      standing_(MeasuredAlone(view_, parallel)),
       floors_(std::move(floors)),
       rooms_(std::move(rooms)),
       glimpsed_(std::move(glimpsed)),
@@ -275,7 +279,8 @@ Expectation::Expectation(const model::PlanningView& model, model::PlanningView v
 absl::StatusOr<std::shared_ptr<const Expectation>> Expectation::Of(
     const model::PlanningView& model, const FloorMap& floor, const Openings& openings,
     std::span<const RejectedPlace> rejected, const ExpectedSite* site,
-    const sensor::ScannerModel& scanner, const parallel::Cancellation& cancelled) {
+    const sensor::ScannerModel& scanner, parallel::Parallel& parallel,
+    const parallel::Cancellation& cancelled) {
   std::vector<Room> rooms;
   std::vector<ExpectedFloor> floors;
   absl::flat_hash_set<std::pair<int, int>> glimpsed;
@@ -318,7 +323,7 @@ absl::StatusOr<std::shared_ptr<const Expectation>> Expectation::Of(
   }
   return absl::WrapUnique<const Expectation>(new Expectation(
       model, model::PlanningView(model, model.version(), changed, model.stations()),
-      std::move(floors), std::move(rooms), std::move(glimpsed), std::move(by_prior)));
+      std::move(floors), std::move(rooms), std::move(glimpsed), std::move(by_prior), parallel));
 }
 
 std::optional<size_t> Expectation::Behind(const Eigen::Vector3d& place) const {

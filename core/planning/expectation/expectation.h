@@ -15,6 +15,7 @@
 #include "absl/status/statusor.h"
 #include "core/model/view/planning_view.h"
 #include "core/parallel/cancellation.h"
+#include "core/parallel/parallel.h"
 #include "core/planning/expectation/expected_site.h"
 #include "core/planning/feasibility/floor_map.h"
 #include "core/planning/plan/opening.h"
@@ -40,11 +41,13 @@ class Expectation {
  public:
   // A room in which places were rejected twice is not expected any more. `site`: what a prior
   // shows, which goes before all else; null where there is none. `scanner`: whose scans the model
-  // is of. Keeps the reference to the model. CANCELLED when that was requested on the way.
+  // is of. Keeps the reference to the model. The same on any number of threads. CANCELLED when that
+  // was requested on the way.
   static absl::StatusOr<std::shared_ptr<const Expectation>> Of(
       const model::PlanningView& model, const FloorMap& floor, const Openings& openings,
       std::span<const RejectedPlace> rejected, const ExpectedSite* site,
-      const sensor::ScannerModel& scanner, const parallel::Cancellation& cancelled = {});
+      const sensor::ScannerModel& scanner, parallel::Parallel& parallel,
+      const parallel::Cancellation& cancelled = {});
 
   // The model with what is expected.
   const model::PlanningView& view() const { return view_; }
@@ -77,7 +80,7 @@ class Expectation {
   Expectation(const model::PlanningView& model, model::PlanningView view,
               std::vector<ExpectedFloor> floors, std::vector<Room> rooms,
               absl::flat_hash_set<std::pair<int, int>> glimpsed,
-              absl::flat_hash_set<std::pair<int, int>> by_prior);
+              absl::flat_hash_set<std::pair<int, int>> by_prior, parallel::Parallel& parallel);
 
   const model::PlanningView& model_;
   const model::PlanningView view_;

@@ -164,7 +164,7 @@ absl::Status PlanningProblem::FindViews(const Common& common, Making& making,
     making.expectation = occlusion_->expectation;
   } else if (config_.station_basis == StationBasis::kExpected) {
     auto found = Expectation::Of(model_, *floor, *making.openings, config_.rejected, site_.get(),
-                                 scanner_, cancelled);
+                                 scanner_, parallel, cancelled);
     if (!found.ok()) return found.status();
     making.expectation = *std::move(found);
     if (making.expectation != nullptr) making.grid.emplace(making.expectation->view());
