@@ -146,8 +146,9 @@ unpack_arm64() {
   find "$to" -type l -lname '/*' | while read -r link; do
     ln -sfnr "$to$(readlink "$link")" "$link"
   done
-  # Ceres names what it is linked with by where it is installed.
-  sed -i "s|;/usr/lib/|;$to/usr/lib/|g" "$to"/usr/lib/*/cmake/Ceres/CeresTargets.cmake
+  # Some name what they are linked with, or themselves, by where it is installed.
+  sed -i "s|\([;:\"]\)/usr/lib/|\1$to/usr/lib/|g" \
+    "$to"/usr/lib/*/cmake/{Ceres,draco,assimp-5.2}/*.cmake
   # What generates code runs on this machine, and gRPC's CMake package looks for it there.
   mkdir -p "$to/usr/bin"
   ln -sf /usr/bin/grpc_*_plugin "$to/usr/bin/"
