@@ -24,13 +24,15 @@ const v1::RankedView* FirstWithOverlap(
   return nullptr;
 }
 
-// Whether the best that a plan found is not worth a scan, while it cannot say so of all views.
+// Whether the best that a plan found is not worth a scan, while it cannot say so of all views: by
+// what the plan itself goes by, square metres that come to density for sure and of what is
+// expected, not by what comes with them unseen.
 bool MayBeDone(const v1::PlanResult& plan) {
   if (plan.termination().suggested() || plan.views().empty()) return false;
   const v1::RankedView& best = plan.views(0);
   const std::optional<Promise> promise = PromiseOf(best);
   // Of a view that was not looked at to its end the score is all that is known.
-  const double gain = promise ? promise->expected_gain
+  const double gain = promise ? promise->model_gain + promise->expected_surface
                               : best.score_upper() / plan.config().required_density_per_m2();
   return gain < plan.config().terminate_below_m2();
 }

@@ -20,6 +20,7 @@
 #include "core/planning/plan/stage_clock.h"
 #include "core/planning/problem/planning_problem.h"
 #include "core/planning/ranking/gain_bounds.h"
+#include "core/planning/ranking/gain_search.h"
 #include "core/planning/ranking/rank_views.h"
 #include "core/planning/ranking/score_map.h"
 #include "core/planning/ranking/termination.h"

@@ -15,6 +15,7 @@
 #include "core/planning/plan/ranked_view.h"
 #include "core/planning/plan/stage_clock.h"
 #include "core/planning/ranking/gain_bounds.h"
+#include "core/planning/ranking/gain_search.h"
 #include "core/planning/ranking/instrument_limit.h"
 #include "core/planning/ranking/interim_plans.h"
 #include "core/planning/ranking/narrow_ways.h"
@@ -44,7 +45,8 @@ bool NothingToEvaluate(const PlanningProblem& problem, Plan& plan) {
 }
 
 Evaluation Evaluate(const PlanningProblem& problem, const parallel::Budget& budget,
-                    parallel::Parallel& parallel, EvaluationProgress progress) {
+                    parallel::Parallel& parallel, EvaluationProgress progress,
+                    absl::FunctionRef<uint64_t(const Evaluation&)> after_first_look) {
   const PlanningConfig& config = problem.config();
   const Scoring& scoring = problem.scoring();
   if (config.order == EvaluationOrder::kPatches) {
@@ -60,6 +62,7 @@ Evaluation Evaluate(const PlanningProblem& problem, const parallel::Budget& budg
   options.seed = config.seed;
   options.separation = config.candidate_separation;
   options.leaders = config.candidates;
+  options.after_first_look.emplace(after_first_look);
   return EvaluateViews(scoring.scorer(), problem.feasible(), scoring.cells(), problem.grid(),
                        options, budget, parallel, progress);
 }
@@ -67,10 +70,12 @@ Evaluation Evaluate(const PlanningProblem& problem, const parallel::Budget& budg
 // Of some views where the budget ended before one was scored: preparing has no deadline, and a plan
 // without an answer helps nobody.
 Evaluation EvaluateAtLeast(const PlanningProblem& problem, const parallel::Budget& budget,
-                           parallel::Parallel& parallel, EvaluationProgress progress) {
-  Evaluation evaluation = Evaluate(problem, budget, parallel, progress);
+                           parallel::Parallel& parallel, EvaluationProgress progress,
+                           absl::FunctionRef<uint64_t(const Evaluation&)> after_first_look) {
+  Evaluation evaluation = Evaluate(problem, budget, parallel, progress, after_first_look);
   if (evaluation.any() || budget.cancelled.stop_requested()) return evaluation;
-  return Evaluate(problem, LeastEvaluation(budget), parallel, progress);
+  return Evaluate(problem, LeastEvaluation(budget), parallel, progress,
+                  [](const Evaluation&) { return uint64_t{0}; });
 }
 
 void NoteEvaluation(const PlanningProblem& problem, const Evaluation& evaluation, Plan& plan) {
@@ -89,21 +94,16 @@ void SortByExactScore(std::vector<RankedView>& views) {
 }
 
 // Whether to stop, by what the described views gain and what others may.
-Termination Terminate(const PlanningProblem& problem, const ViewReport& report,
-                      const Evaluation& evaluation, const parallel::Budget& budget,
-                      parallel::Parallel& parallel, Plan& plan) {
-  const GainQuestion question{
-      problem,
-      problem.scoring().cells(),
-      report.gains(),
-      evaluation,
+Termination Terminate(const PlanningProblem& problem, const Evaluation& evaluation,
+                      const parallel::Budget& budget, parallel::Parallel& parallel,
+                      GainSearch& search, Plan& plan) {
+  search.Know(
       std::max(LargestGainWithoutHidden(plan.views), LargestGainWithoutHidden(plan.refused)),
-      std::max(LargestModelGain(plan.views), LargestModelGain(plan.refused))};
-  const GainBounds gains =
-      BoundGainWithoutHidden(question, plan.rays, budget.Concluding(), parallel);
-  plan.rays += gains.rays;
+      std::max(LargestModelGain(plan.views), LargestModelGain(plan.refused)));
+  plan.rays += search.Seek(evaluation, plan.rays, budget.Concluding(), parallel);
   return JudgeTermination(problem.patches(), evaluation, problem.config(),
-                          UnobservableArea(problem.patches(), evaluation), gains);
+                          UnobservableArea(problem.patches(), evaluation),
+                          search.Bounds(evaluation));
 }
 
 void DescribeChecked(const RegistrationCheck& check, const ViewReport& report,
@@ -184,9 +184,14 @@ Plan MakePlan(const PlanningProblem& problem, const parallel::Budget& budget,
   const parallel::Budget evaluating =
       EvaluationShare(budget, AnswerSeconds(problem, parallel.width()));
   InterimPlans interim(problem, report, plan, evaluating, parallel);
+  GainSearch search(problem, problem.scoring().cells(), report.gains(),
+                    report.most_gain_per_sample());
   const Evaluation evaluation = EvaluateAtLeast(
       problem, evaluating, parallel,
-      [&](const Evaluation& so_far) { progress(StillEvaluating(interim.Of(so_far))); });
+      [&](const Evaluation& so_far) { progress(StillEvaluating(interim.Of(so_far))); },
+      [&](const Evaluation& so_far) {
+        return search.Seek(so_far, so_far.rays, StopShare(evaluating, so_far.rays), parallel);
+      });
   NoteEvaluation(problem, evaluation, plan);
   clock.Book(PlanStage::kEvaluate);
   if (!evaluation.any()) {
@@ -212,7 +217,7 @@ Plan MakePlan(const PlanningProblem& problem, const parallel::Budget& budget,
 
   DescribeChecked(check, report, evaluation, wanted, budget, parallel, plan);
   plan.optimality_gap = OptimalityGap(problem, evaluation, check, plan.views);
-  plan.termination = Terminate(problem, report, evaluation, budget, parallel, plan);
+  plan.termination = Terminate(problem, evaluation, budget, parallel, search, plan);
   NoteNarrowWays(problem, budget, parallel, plan);
   plan.rays += AdviseTargets(problem, budget.Concluding(), plan);
   plan.rays += NoteOpenDoors(problem, budget.Concluding(), plan);

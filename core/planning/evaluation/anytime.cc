@@ -140,10 +140,12 @@ Evaluation Evaluate(const CellSampler& sampler, const AnytimeOptions& options, E
                     EvaluationProgress progress, absl::FunctionRef<void()> complete) {
   std::optional<ViewRace> race(std::in_place, run, sampler, options.race, options.confidence,
                                options.seed);
-  const parallel::Budget racing = run.Share(options.race_share);
-  race->Look(racing);
-  if (run.evaluation().any()) progress(run.evaluation());
-  race->Run(racing);
+  race->Look(run.Share(options.race_share));
+  if (run.evaluation().any()) {
+    progress(run.evaluation());
+    if (options.after_first_look) run.AddRays((*options.after_first_look)(run.evaluation()));
+  }
+  race->Run(run.Share(options.race_share));
   if (run.evaluation().any()) progress(run.evaluation());
   Decide(options, run);
   if (run.evaluation().any()) progress(run.evaluation());

@@ -4,8 +4,10 @@
 #define VANTAGE_CORE_PLANNING_EVALUATION_ANYTIME_H_
 
 #include <cstdint>
+#include <optional>
 #include <span>
 
+#include "absl/functional/function_ref.h"
 #include "core/parallel/budget.h"
 #include "core/parallel/parallel.h"
 #include "core/planning/evaluation/evaluation.h"
@@ -32,6 +34,9 @@ struct AnytimeOptions {
   // all the same.
   std::span<const double> worth;
   bool complete = true;  // false: ends when the leaders are exact
+  // Asked once, when the first look has an answer: what else has to be known soon. Returns the rays
+  // that it cast, which count as work.
+  std::optional<absl::FunctionRef<uint64_t(const Evaluation&)>> after_first_look;
 };
 
 // Scores `views` on `cells`. What is left after race and decision is completed by the hierarchy

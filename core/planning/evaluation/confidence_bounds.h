@@ -23,12 +23,18 @@ class MeanBounds {
 
  private:
   static constexpr int kSteps = 1024;
-  double Invert(double p, double out) const;
 
   double limit_;
   std::vector<double> lower_;  // for the average i / kSteps; kUnknown: not computed yet
   std::vector<double> upper_;
 };
+
+// The same for one average, not rounded: where means of a thousandth have to be told apart.
+double LowerMeanBound(uint64_t draws, double log_inverse_error, double average);
+double UpperMeanBound(uint64_t draws, double log_inverse_error, double average);
+// True when LowerMeanBound() is above or UpperMeanBound() is below `mean`, which takes less time to
+// find out than the bounds.
+bool RulesOutMean(uint64_t draws, double log_inverse_error, double average, double mean);
 
 // A pseudo-random number in [0, 1) that depends only on its arguments (SplitMix64).
 double HashToUnit(uint64_t seed, uint64_t round, uint64_t index);

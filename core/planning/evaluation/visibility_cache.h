@@ -2,8 +2,6 @@
 #ifndef VANTAGE_CORE_PLANNING_EVALUATION_VISIBILITY_CACHE_H_
 #define VANTAGE_CORE_PLANNING_EVALUATION_VISIBILITY_CACHE_H_
 
-#include <Eigen/Core>
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -12,6 +10,7 @@
 #include "absl/container/flat_hash_map.h"
 #include "core/parallel/budget.h"
 #include "core/parallel/parallel.h"
+#include "core/planning/evaluation/view_boxes.h"
 #include "core/planning/feasibility/feasible_views.h"
 #include "core/planning/scoring/brute_force.h"
 #include "core/planning/scoring/ordered_cells.h"
@@ -37,20 +36,15 @@ class VisibilityCache {
   const std::vector<PacketRange>* PotentiallyVisibleFrom(uint32_t view) const;
 
  private:
-  using Key = std::array<int, 3>;
   struct Entry {
     uint64_t scored = 0;  // pairs of view and cell
     std::optional<std::vector<PacketRange>> potentially_visible;
   };
-  Key KeyOf(uint32_t view) const;
-  Eigen::AlignedBox3d BoxOf(const Key& key) const;
 
-  const BruteForceScorer& scorer_;
-  const FeasibleViews& views_;
+  const ViewBoxes boxes_;
   const uint64_t worth_finding_;  // pairs of view and cell
-  const int side_;                // viewcells
   const PotentiallyVisibleSets visible_sets_;
-  absl::flat_hash_map<Key, Entry> entries_;
+  absl::flat_hash_map<ViewBoxes::Key, Entry> entries_;
 };
 
 }  // namespace vantage::planning

@@ -5,12 +5,7 @@
 #include <cstdint>
 #include <span>
 
-#include "core/parallel/budget.h"
-#include "core/parallel/parallel.h"
-#include "core/planning/evaluation/evaluation.h"
 #include "core/planning/plan/ranked_view.h"
-#include "core/planning/problem/planning_problem.h"
-#include "core/planning/scoring/constraints.h"
 
 namespace vantage::planning {
 
@@ -24,25 +19,6 @@ struct GainBounds {
   double model_gain = 0;
   uint64_t rays = 0;  // that it took to find out
 };
-
-// What the bounds are asked of.
-struct GainQuestion {
-  const PlanningProblem& problem;
-  const CellArrays& cells;       // that the views were scored on
-  const CellArrays& gains;       // GainCells() of these
-  const Evaluation& evaluation;  // of all feasible views
-  // What views are known to gain, m2: the largest gain without what is hidden, and the
-  // largest model gain.
-  double known_gain_without_hidden = 0;
-  double known_model_gain = 0;
-};
-
-// As long as no view is known to gain `terminate_below` without what is hidden, those that may, by
-// the bounds of their scores, are looked at, the most promising first, until one does, none is left
-// or the budget ends, of which `done` rays are spent. With a work limit alone the same on any
-// number of threads.
-GainBounds BoundGainWithoutHidden(const GainQuestion& question, uint64_t done,
-                                  const parallel::Budget& budget, parallel::Parallel& parallel);
 
 // The largest gain without what is hidden, and model gain, among views of which they are known, m2;
 // 0 when there is none.

@@ -51,9 +51,9 @@ Termination JudgeTermination(const PatchSet& patches, const Evaluation& evaluati
   } else if (gains->upper < config.terminate_below) {
     termination.suggested = true;
     termination.reason = absl::StrFormat(
-        "no view brings more than %.3f m2 to the required density, less than %.3f m2; %.2f m2 are "
-        "still deficient",
-        gains->upper, config.terminate_below, patches.area);
+        "no view brings %.3f m2 to the required density: the best brings %.3f m2 at least and "
+        "%.3f m2 at most; %.2f m2 are still deficient",
+        config.terminate_below, gains->lower, gains->upper, patches.area);
   } else if (gains->lower < config.terminate_below) {
     termination.reason = absl::StrFormat(
         "a view that was looked at brings %.2f m2 to the required density, less than %.2f m2, but "

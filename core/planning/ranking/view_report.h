@@ -34,6 +34,7 @@ class ViewReport {
 
   // The GainCells() of all that the problem's views were scored on.
   const CellArrays& gains() const { return gains_; }
+  double most_gain_per_sample() const { return most_gain_per_sample_; }
 
   // Sets the model gain of a view, and what it is expected to bring, from what it gains of each of
   // the GainCells() of the problem's patches, m2.

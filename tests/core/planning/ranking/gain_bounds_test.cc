@@ -1,4 +1,4 @@
-// The model gain of views against a sum over voxels, and its bounds against all views.
+// The model gain of views against a sum over voxels.
 #include "core/planning/ranking/gain_bounds.h"
 
 #include <gtest/gtest.h>
@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <vector>
 
-#include "core/parallel/thread_pool.h"
 #include "core/planning/patches/space_behind.h"
 #include "core/planning/ranking/gain_forecast.h"
 #include "core/planning/ranking/view_report.h"
@@ -29,19 +28,6 @@ class GainBoundsTest : public ::testing::Test {
   }
   std::shared_ptr<const PlanningProblem> Prepare() {
     return PlanningProblem::Prepare({view_, scanner_, config_}, serial_).value();
-  }
-  // Exact scores of all views, or bounds twice as high.
-  static Evaluation AllViews(const PlanningProblem& problem, double slack) {
-    Evaluation evaluation;
-    for (size_t i = 0; i < problem.feasible().cells().size(); ++i) {
-      const double score = problem.scoring()
-                               .scorer()
-                               .Score(problem.feasible().Centre(i), problem.scoring().cells(),
-                                      parallel::Budget::Unlimited())
-                               .score;
-      evaluation.views.push_back({score, 0, slack * score, true, slack == 1, 0});
-    }
-    return evaluation;
   }
   bool IsDeep(const DeficientCell& cell) const {
     return cell.kind != model::SurfaceKind::kHole &&
@@ -117,66 +103,6 @@ TEST_F(GainBoundsTest, WeightsAndUnknownSpaceBehindDoNotCount) {
   const RankedView other = of();
   EXPECT_NE(other.score, usual.score);
   EXPECT_NEAR(other.model_gain.value(), usual.model_gain.value(), 1e-5);
-}
-
-TEST_F(GainBoundsTest, HoldTheBestOfAllViews) {
-  const auto problem = Prepare();
-  const CellArrays gains = GainCells(problem->scoring().cells(), problem->patches());
-  double best = 0;
-  double best_score = 0;
-  for (size_t i = 0; i < problem->feasible().cells().size(); ++i) {
-    const Eigen::Vector3d at = problem->feasible().Centre(i);
-    const auto unlimited = parallel::Budget::Unlimited();
-    best = std::max(best, problem->scoring().scorer().Score(at, gains, unlimited).score);
-    best_score = std::max(
-        best_score,
-        problem->scoring().scorer().Score(at, problem->scoring().cells(), unlimited).score);
-  }
-  // As many samples at most: the bound that spares looking at views one by one.
-  EXPECT_LE(best, MostGainPerSample(problem->scoring().cells(), gains) * best_score);
-  for (const double slack : {1.0, 2.0}) {
-    const Evaluation evaluation = AllViews(*problem, slack);
-    for (const double enough : {0.5 * best, 0.99 * best, 1.01 * best, 2 * best}) {
-      config_.terminate_below = enough;
-      const auto asked = Prepare();
-      const GainBounds bounds =
-          BoundGainWithoutHidden({*asked, asked->scoring().cells(), gains, evaluation, 0}, 0,
-                                 parallel::Budget::Unlimited(), serial_);
-      EXPECT_LE(bounds.lower, best * (1 + 1e-9));
-      EXPECT_GE(bounds.upper, best * (1 - 1e-9));
-      EXPECT_EQ(bounds.lower >= enough, best >= enough) << enough;
-      EXPECT_EQ(bounds.upper < enough, best < enough) << enough;
-    }
-  }
-}
-
-TEST_F(GainBoundsTest, WithAWorkLimitTheyAreTheSameOnAnyNumberOfThreadsAndStillHold) {
-  const auto problem = Prepare();
-  const Evaluation evaluation = AllViews(*problem, 2);
-  config_.terminate_below = 1000;
-  const auto asked = Prepare();
-  parallel::Budget budget;
-  budget.work_limit = 2000;
-  parallel::ThreadPool two(2);
-  const CellArrays gains = GainCells(asked->scoring().cells(), asked->patches());
-  const GainQuestion question = {*asked, asked->scoring().cells(), gains, evaluation, 0};
-  const GainBounds one = BoundGainWithoutHidden(question, 0, budget, serial_);
-  const GainBounds other = BoundGainWithoutHidden(question, 0, budget, two);
-  EXPECT_EQ(one.lower, other.lower);
-  EXPECT_EQ(one.upper, other.upper);
-  EXPECT_EQ(one.rays, other.rays);
-}
-
-// What somebody knows already is not looked for.
-TEST_F(GainBoundsTest, NothingIsLookedAtWhenAViewIsKnownToGainEnough) {
-  const auto problem = Prepare();
-  const Evaluation evaluation = AllViews(*problem, 1);
-  const CellArrays gains = GainCells(problem->scoring().cells(), problem->patches());
-  const GainBounds bounds = BoundGainWithoutHidden(
-      {*problem, problem->scoring().cells(), gains, evaluation, config_.terminate_below}, 0,
-      parallel::Budget::Unlimited(), serial_);
-  EXPECT_EQ(bounds.rays, 0u);
-  EXPECT_EQ(bounds.lower, config_.terminate_below);
 }
 
 }  // namespace

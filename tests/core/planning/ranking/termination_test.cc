@@ -90,7 +90,8 @@ TEST_F(TerminationTest, IsSuggestedWhenNoViewCanGainEnough) {
   EXPECT_EQ(below.best_gain_without_hidden_upper, 0.499);
   EXPECT_EQ(below.best_model_gain, 0);
   EXPECT_THAT(below.reason,
-              HasSubstr("more than 0.499 m2 to the required density, less than 0.500"));
+              HasSubstr("no view brings 0.500 m2 to the required density: the best brings 0.100 m2 "
+                        "at least and 0.499 m2 at most"));
   const Termination open = Judge(patches, Gains(0.1, 0.5));
   EXPECT_FALSE(open.suggested);
   EXPECT_THAT(open.reason,
