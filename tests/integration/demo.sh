@@ -45,8 +45,7 @@ echo "The server runs at $address. A scanner is now told, scan after scan, where
 [[ -z $link ]] || echo "A crew's tablet shows the job as it goes: $link"
 mkdir -p "$pictures"
 rm -f "$pictures"/cycle-*.png "$pictures/index.html"
-# A scan takes two minutes: one that brings less than 1 m² is not worth them.
-job=(--until-done --worth 1 --session demo --page-link "$link")
+job=(--until-done --session demo --page-link "$link")
 [[ " $* " != *" --scanners "* ]] || job=(--session demo)
 VANTAGE_SERVER=$address "$build/client/cli/vantage" simulate --no-hints --preset leica-rtc360 \
   --pictures "$pictures" --compare "$root/tests/integration/demo_oracle.json" "${job[@]}" "$@"
