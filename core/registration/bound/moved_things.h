@@ -23,6 +23,9 @@ struct MovedThings {
 
   // Whether what contradicts was moved since, as far as can be told.
   bool Explain() const;
+  // Whether these, at one pose, leave no room for `others` at another, which things that were moved
+  // would explain: next to nothing was moved here, and much more of what is known is seen again.
+  bool SayMoreThan(const MovedThings& others) const;
 };
 
 // At a pose of `scan`, whose surface is thinned to one sample per cube of side `spacing` (m).

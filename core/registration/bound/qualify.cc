@@ -37,16 +37,22 @@ constexpr double kResidualVoxels = 0.4;
 // Share of the samples in known space that contradict it (kContradictionDoubtful), beyond which no
 // furniture explains it.
 constexpr double kContradictionFailed = 0.40;
-// Whether what contradicts a pose was moved since, as far as can be told.
+// Whether things that were moved explain what speaks against `there`, and leave it beside the pose
+// of the alignment, which nothing speaks against so clearly.
 bool MovedThingsExplain(const model::PlanningView& model, const sensor::Scan& scan,
-                        const ScanSurface& surface, double spacing, const Eigen::Isometry3d& pose,
-                        std::span<const SurfaceSample> samples, parallel::Parallel& parallel) {
-  const VoxelSearch there(model, BoxOf(surface, pose));
+                        const ScanSurface& surface, double spacing, const Eigen::Isometry3d& there,
+                        const Eigen::Isometry3d& here, std::span<const SurfaceSample> samples,
+                        std::span<const SampleAgreement> agreements_here,
+                        parallel::Parallel& parallel) {
+  const VoxelSearch search(model, BoxOf(surface, there));
   const std::vector<SampleAgreement> agreements =
-      CompareSamples(model, there, samples, pose, parallel);
-  return AgreementOf(samples, agreements).ContradictionShare() <= kContradictionFailed &&
-         FindMovedThings(model, scan, surface, spacing, pose, samples, agreements, parallel)
-             .Explain();
+      CompareSamples(model, search, samples, there, parallel);
+  if (AgreementOf(samples, agreements).ContradictionShare() > kContradictionFailed) return false;
+  const MovedThings moved =
+      FindMovedThings(model, scan, surface, spacing, there, samples, agreements, parallel);
+  return moved.Explain() &&
+         !FindMovedThings(model, scan, surface, spacing, here, samples, agreements_here, parallel)
+              .SayMoreThan(moved);
 }
 
 double Median(std::vector<double> values) {
@@ -290,7 +296,8 @@ Qualification Qualify(const model::PlanningView& model, const ScanSurface& surfa
     if (alignment.displaced.has_value() && result.rival_poses.empty() && scan != nullptr &&
         !Refute(targets, alignment.displaced->T_world_scan) &&
         MovedThingsExplain(model, *scan, surface, config.sample_spacing,
-                           alignment.displaced->T_world_scan, in_space, parallel)) {
+                           alignment.displaced->T_world_scan, alignment.T_world_scan, in_space,
+                           agreements, parallel)) {
       const Eigen::Isometry3d& there = alignment.displaced->T_world_scan;
       result.rival_poses.push_back(
           {there, alignment.displaced->score / alignment.score,

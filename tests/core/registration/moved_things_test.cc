@@ -107,5 +107,34 @@ TEST_F(MovedThingsTest, LittleThatIsSeenAgainExplainsNothing) {
   EXPECT_FALSE(moved.Explain());
 }
 
+// A scan of a room that nobody has entered may lie on a known one, by things that were moved. Where
+// it has its place beside that, with nothing moved and more of what is known seen again, that is
+// it.
+TEST_F(MovedThingsTest, WhereNothingWasMovedSaysMore) {
+  const sensor::Scan scan = ScanScene(room_, truth_, {}, 36);
+  const MovedThings still = Find(scan, truth_);
+  MovedThings moved;
+  moved.contradicting = 4;
+  moved.seen_again = still.seen_again / 2;
+  ASSERT_TRUE(moved.Explain());
+  EXPECT_TRUE(still.SayMoreThan(moved));
+  // As in the next bay of a site that repeats itself.
+  moved.seen_again = 0.9 * still.seen_again;
+  EXPECT_FALSE(still.SayMoreThan(moved));
+  moved.seen_again = still.seen_again / 2;
+  // Where people came, who may have come to either place.
+  const MovedThings people =
+      Find(ScanScene(WithPeople(room_, truth_.translation()), truth_, {}, 36), truth_);
+  EXPECT_FALSE(people.SayMoreThan(moved));
+  for (const auto against : {&MovedThings::contradicting, &MovedThings::seen_through}) {
+    MovedThings other = still;
+    other.*against = 0.01 * still.seen_again;
+    EXPECT_FALSE(other.SayMoreThan(moved));
+  }
+  MovedThings other = still;
+  other.missed_share = 0.03;
+  EXPECT_FALSE(other.SayMoreThan(moved));
+}
+
 }  // namespace
 }  // namespace vantage::registration
