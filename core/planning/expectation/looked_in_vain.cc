@@ -6,7 +6,10 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 
+#include "absl/status/status.h"
+#include "core/planning/expectation/brick_edit.h"
 #include "core/visibility/voxel_walk.h"
 
 namespace vantage::planning {
@@ -19,7 +22,7 @@ constexpr double kFlattestLook = 0.26;
 constexpr double kFarthestLook = 10;
 constexpr double kSteepestLook = 0.85;
 
-// Whether the model knows space in a brick or beside it. Nobody has looked at anything else.
+// Whether the model knows space in a brick or beside it.
 bool AnySeenAround(const model::PlanningView& model, const model::VoxelIndex& brick) {
   constexpr int kHalf = model::Brick::kSide / 2;
   for (int z = -1; z <= 2; ++z) {
@@ -53,32 +56,40 @@ bool LooksAt(const model::PlanningView& expected, const sensor::ScannerModel& sc
 
 }  // namespace
 
-bool GiveUpLookedInVain(const model::PlanningView& model, const model::PlanningView& expected,
-                        std::span<const model::BrickAt> changed,
-                        const sensor::ScannerModel& scanner,
-                        const parallel::Cancellation& cancelled, BrickEdit& edit) {
-  if (!scanner.TurnsAllAround()) return true;
+std::vector<model::BrickAt> SeenAround(const model::PlanningView& model,
+                                       std::span<const model::BrickAt> bricks) {
+  std::vector<model::BrickAt> seen;
+  std::copy_if(bricks.begin(), bricks.end(), std::back_inserter(seen),
+               [&](const model::BrickAt& at) { return AnySeenAround(model, at.brick); });
+  return seen;
+}
+
+absl::StatusOr<std::vector<ExpectedSurface>> LookedAtInVain(
+    const model::PlanningView& model, const model::PlanningView& expected,
+    std::span<const model::BrickAt> changed, const sensor::ScannerModel& scanner,
+    const parallel::Cancellation& cancelled) {
+  std::vector<ExpectedSurface> found;
+  if (!scanner.TurnsAllAround()) return found;
   for (const model::BrickAt& at : changed) {
-    if (cancelled.Requested()) return false;
-    if (!AnySeenAround(model, at.brick)) continue;
+    if (cancelled.Requested()) return absl::CancelledError("expectation");
     size_t rank = 0;
     for (size_t word = 0; word < at.contents->surface_mask.size(); ++word) {
       for (uint64_t bits = at.contents->surface_mask[word]; bits != 0; bits &= bits - 1) {
         const int local = static_cast<int>(word) * 64 + std::countr_zero(bits);
-        model::SurfaceVoxel surface = at.contents->surface[rank++];
+        const model::SurfaceVoxel& surface = at.contents->surface[rank++];
         const model::VoxelIndex v = model::PlanningView::Global(at.brick, local);
         const bool only_expected =
             NothingKnown(model.State(v)) && expected.State(v) == model::VoxelState::kTrueSurface;
-        if (!only_expected) continue;
-        surface.given_up = std::any_of(model.stations().begin(), model.stations().end(),
-                                       [&](const model::Station& station) {
-                                         return LooksAt(expected, scanner, station, v, surface);
-                                       });
-        if (surface.given_up) edit.SetSurface(v, surface);
+        if (only_expected && std::any_of(model.stations().begin(), model.stations().end(),
+                                         [&](const model::Station& station) {
+                                           return LooksAt(expected, scanner, station, v, surface);
+                                         })) {
+          found.push_back({v, surface});
+        }
       }
     }
   }
-  return true;
+  return found;
 }
 
 }  // namespace vantage::planning

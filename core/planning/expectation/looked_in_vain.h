@@ -3,23 +3,34 @@
 #define VANTAGE_CORE_PLANNING_EXPECTATION_LOOKED_IN_VAIN_H_
 
 #include <span>
+#include <vector>
 
+#include "absl/status/statusor.h"
 #include "core/model/view/planning_view.h"
 #include "core/parallel/cancellation.h"
-#include "core/planning/expectation/brick_edit.h"
 #include "core/sensor/scanner_model.h"
 
 namespace vantage::planning {
 
-// Gives up in `edit` the surface of `expected` of which `model` knows nothing although a station
-// looks at it with nothing in between: it is glass, a mirror, or not there. `expected`: the model
-// with what is expected, of which `changed` are the bricks that differ. `scanner`: whose scans the
-// model is of; of one that sees a sector it is not known where it faced, and nothing is given up.
-// False when that was cancelled on the way.
-bool GiveUpLookedInVain(const model::PlanningView& model, const model::PlanningView& expected,
-                        std::span<const model::BrickAt> changed,
-                        const sensor::ScannerModel& scanner,
-                        const parallel::Cancellation& cancelled, BrickEdit& edit);
+// A voxel of surface that is expected, and its surface.
+struct ExpectedSurface {
+  model::VoxelIndex voxel;
+  model::SurfaceVoxel surface;
+};
+
+// Those of the bricks in or beside which the model knows space.
+std::vector<model::BrickAt> SeenAround(const model::PlanningView& model,
+                                       std::span<const model::BrickAt> bricks);
+
+// The surface of `expected` of which `model` knows nothing although a station looks at it with
+// nothing in between: it is glass, a mirror, or not there. `expected`: the model with what is
+// expected; of its bricks that differ, those of `changed` are looked at. `scanner`: whose scans the
+// model is of; of one that sees a sector it is not known where it faced, and there is none.
+// CANCELLED when that was requested on the way.
+absl::StatusOr<std::vector<ExpectedSurface>> LookedAtInVain(
+    const model::PlanningView& model, const model::PlanningView& expected,
+    std::span<const model::BrickAt> changed, const sensor::ScannerModel& scanner,
+    const parallel::Cancellation& cancelled);
 
 }  // namespace vantage::planning
 

@@ -5,7 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -33,13 +35,26 @@ class ExpectationTest : public ::testing::Test {
     model_ = model::PartialModel::Create({}).value();
     ScanFrom(0);
   }
-  void ScanFrom(size_t start) {
+  void ScanFrom(size_t start) { ScanAt(scene_.starts[start], 1 + start, {}); }
+  // Behind `pane` nothing returns anything.
+  void ScanAt(const Eigen::Vector3d& place, uint64_t seed, const std::optional<Opening>& pane) {
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-    pose.translate(scene_.starts[start]);
+    pose.translate(place);
     sensor::Scan scan;
     scan.scanner = scanner_;
-    scan.image = tracer_.Scan(scanner_, pose, simulation::ScanFaults{}, 1 + start, pool_);
-    ASSERT_TRUE(model_->Insert("scan" + std::to_string(start), scan, pose, pool_).ok());
+    scan.image = tracer_.Scan(scanner_, pose, simulation::ScanFaults{}, seed, pool_);
+    for (int column = 0; pane.has_value() && column < scan.image.columns(); ++column) {
+      for (int row = 0; row < scan.image.rows(); ++row) {
+        float& range = scan.image.range[scan.image.Index(column, row)];
+        const double level = std::cos(scan.image.elevation[static_cast<size_t>(row)]);
+        const double azimuth = scan.image.azimuth[static_cast<size_t>(column)];
+        const Eigen::Vector3d ray(level * std::cos(azimuth), level * std::sin(azimuth), 0);
+        const Eigen::Vector3d at = place + static_cast<double>(range) * ray;
+        const double beyond = (at - pane->centre).head<2>().dot(pane->direction.head<2>());
+        if (beyond > 0.7) range = sensor::RangeImage::kNoReturn;
+      }
+    }
+    ASSERT_TRUE(model_->Insert("scan" + std::to_string(seed), scan, pose, pool_).ok());
     view_ = model_->Publish();
     config_.station_basis = StationBasis::kExpected;
     problem_ = PlanningProblem::Prepare({*view_, scanner_, config_}, pool_).value();
@@ -228,6 +243,31 @@ TEST_F(ExpectationTest, ARoomInWhichPlacesWereRejectedTwiceIsNotExpectedAnyMore)
   EXPECT_TRUE(expects({one}));
   EXPECT_TRUE(expects({one, here})) << "only one of them lies in the room";
   EXPECT_FALSE(expects({one, another}));
+}
+
+// Who has scanned through a doorway and still knows nothing of what is behind it stood before
+// glass.
+TEST_F(ExpectationTest, ARoomThatWasLookedIntoInVainIsNotExpectedAnyMore) {
+  const Eigen::Vector3d behind = scene_.starts[1];
+  const std::optional<size_t> doorway = expected().Behind(behind);
+  ASSERT_TRUE(doorway.has_value());
+  const Opening opening = problem_->openings().openings[*doorway];
+  Eigen::Vector3d before = opening.centre - 0.15 * opening.direction;
+  before.z() = scene_.starts[0].z();
+
+  ScanAt(before, 7, {});
+  const size_t open = expected().floors().size();
+  EXPECT_GT(open, 0u) << "an open door is looked through, and the room goes on beside what is seen";
+
+  model_ = model::PartialModel::Create({}).value();
+  ScanAt(before, 7, opening);
+  const Openings& found = problem_->openings();
+  EXPECT_TRUE(std::any_of(found.openings.begin(), found.openings.end(), [&](const Opening& other) {
+    return other.doorway() && found.LeadsToUnknown(other) &&
+           (other.centre - opening.centre).head<2>().norm() < 0.5;
+  })) << "else there is nothing to expect";
+  EXPECT_FALSE(expected().Behind(behind).has_value());
+  EXPECT_EQ(expected().floors().size(), 0u);
 }
 
 TEST_F(ExpectationTest, IsTheSameFromAPreviousProblem) {
