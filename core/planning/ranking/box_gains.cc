@@ -22,19 +22,22 @@ constexpr double kFloatSlack = 1e-5;  // m: views and cells are floats where ray
 // A box of views, and what groups of cells may be visible from there.
 class VisibleCells {
  public:
-  VisibleCells(const GainTarget& target, const Eigen::AlignedBox3d& views)
-      : target_(target),
-        intervals_(target.problem.scoring().scorer().constraints()),
+  VisibleCells(const PlanningProblem& problem, const CellArrays& gains, const PatchTree& tree,
+               const Eigen::AlignedBox3d& views)
+      : problem_(problem),
+        gains_(gains),
+        tree_(tree),
+        intervals_(problem.scoring().scorer().constraints()),
         views_(views),
         scene_(InScene(views.min()), InScene(views.max())) {
-    Add(target.tree.root(), 0);
+    Add(tree.root(), 0);
   }
 
   const std::vector<uint32_t>& cells() const { return cells_; }
 
  private:
   Eigen::Vector3d InScene(const Eigen::Vector3d& at) const {
-    const BruteForceScorer& scorer = target_.problem.scoring().scorer();
+    const BruteForceScorer& scorer = problem_.scoring().scorer();
     return at / scorer.voxel() - scorer.scene().corner();
   }
 
@@ -43,21 +46,23 @@ class VisibleCells {
     if (!(group.potential > 0)) return;
     Interval density;
     if (!intervals_.Test(views_, group.bounds, satisfied, density)) return;
-    if (visibility::Occlusion(target_.problem.grid(), scene_, group.targets.cast<double>()) ==
+    if (visibility::Occlusion(problem_.grid(), scene_, group.targets.cast<double>()) ==
         visibility::Hidden::kAll) {
       return;
     }
     if (group.child != 0) {
-      Add(target_.tree[group.child], satisfied);
-      Add(target_.tree[group.child + 1], satisfied);
+      Add(tree_[group.child], satisfied);
+      Add(tree_[group.child + 1], satisfied);
       return;
     }
     for (uint32_t i = group.begin; i < group.end; ++i) {
-      if (target_.gains.factor[i] > 0) cells_.push_back(i);
+      if (gains_.factor[i] > 0) cells_.push_back(i);
     }
   }
 
-  const GainTarget& target_;
+  const PlanningProblem& problem_;
+  const CellArrays& gains_;
+  const PatchTree& tree_;
   const IntervalConstraints intervals_;
   const Eigen::AlignedBox3d views_;  // m
   const Eigen::AlignedBox3d scene_;
@@ -72,16 +77,18 @@ size_t GainSamples(size_t cells) {
   return samples;
 }
 
-CellArrays BoxGains::VisibleFrom(std::span<const uint32_t> views) const {
+CellArrays CellsVisibleFrom(const PlanningProblem& problem, std::span<const uint32_t> views,
+                            const CellArrays& gains, const PatchTree& tree) {
   Eigen::AlignedBox3d centres;
-  for (const uint32_t i : views) centres.extend(target_.problem.feasible().Centre(i));
-  const double reach = target_.problem.scoring().scorer().reach();
+  for (const uint32_t i : views) centres.extend(problem.feasible().Centre(i));
+  const double reach = problem.scoring().scorer().reach();
   const Eigen::Vector3d around = Eigen::Vector3d::Constant(reach + kFloatSlack);
-  const VisibleCells visible(target_, {centres.min() - around, centres.max() + around});
+  const VisibleCells visible(problem, gains, tree,
+                             {centres.min() - around, centres.max() + around});
   std::vector<float> factors;
   factors.reserve(visible.cells().size());
-  for (const uint32_t i : visible.cells()) factors.push_back(target_.gains.factor[i]);
-  return target_.gains.Gather(visible.cells(), factors);
+  for (const uint32_t i : visible.cells()) factors.push_back(gains.factor[i]);
+  return gains.Gather(visible.cells(), factors);
 }
 
 bool BoxGains::Score(uint32_t view, const CellArrays& cells) {
@@ -93,22 +100,22 @@ bool BoxGains::Score(uint32_t view, const CellArrays& cells) {
   return score.finished;
 }
 
-bool BoxGains::Settle(uint32_t view, const CellArrays& cells, const CellSampler& sampler) {
-  const double potential = sampler.potential();
+bool BoxGains::Settle(uint32_t view) {
+  const double potential = sampler_.potential();
   const double mean = target_.enough / potential;
   drawn_.assign(target_.problem.scoring().scorer().headings().size(), 0);
   size_t draws = kFirstDraws;
-  for (size_t round = 0; draws * kLeastCells <= cells.size(); ++round, draws *= 2) {
+  for (size_t round = 0; draws * kLeastCells <= cells_.size(); ++round, draws *= 2) {
     if (round == samples_.size()) {
       const size_t own = round == 0 ? draws : draws / 2;
-      samples_.push_back(sampler.Draw(own, target_.problem.config().seed, round));
+      samples_.push_back(sampler_.Draw(own, target_.problem.config().seed, round));
     }
     if (!Score(view, samples_[round].cells)) return false;
     for (size_t h = 0; h < drawn_.size(); ++h) drawn_[h] += scores_[h];
     const double average = std::clamp(BestOf(drawn_).score / static_cast<double>(draws), 0.0, 1.0);
     if (average < mean) {
       if (!RulesOutMean(draws, target_.log_inverse_error, average, mean - kRounding)) continue;
-      RuledOut(round, draws, average, potential);
+      RuledOut(round, draws, average);
       return true;
     }
     const double least = LowerMeanBound(draws, target_.log_inverse_error, average) - kRounding;
@@ -116,29 +123,27 @@ bool BoxGains::Settle(uint32_t view, const CellArrays& cells, const CellSampler&
     found_.lower = std::max(found_.lower, least * potential);
     return true;
   }
-  if (!Score(view, cells)) return false;
+  if (!Score(view, cells_)) return false;
   found_.lower = std::max(found_.lower, BestOf(scores_).score);
   return true;
 }
 
 // The bound grows with the average, so it is computed for the largest alone.
-void BoxGains::RuledOut(size_t round, size_t draws, double average, double potential) {
+void BoxGains::RuledOut(size_t round, size_t draws, double average) {
   if (round >= largest_.size()) largest_.resize(round + 1, -1);
   if (average <= largest_[round]) return;
   largest_[round] = average;
   const double most = UpperMeanBound(draws, target_.log_inverse_error, average) + kRounding;
   // Bisection ends on the far side of the bound, by a millionth of the potential.
-  others_ = std::max(others_, std::min(most * potential, std::nextafter(target_.enough, 0.0)));
+  others_ =
+      std::max(others_, std::min(most * sampler_.potential(), std::nextafter(target_.enough, 0.0)));
 }
 
 FoundGains BoxGains::Find(std::span<const uint32_t> views, uint64_t most_rays) {
-  if (budget_.Expired()) return found_;
-  const CellArrays cells = VisibleFrom(views);
-  const CellSampler sampler(cells);
-  found_.upper = sampler.potential() * (1 + kRounding);
+  found_.upper = sampler_.potential() * (1 + kRounding);
   if (found_.upper >= target_.enough) {
     for (const uint32_t i : views) {
-      if (found_.rays >= most_rays || !Settle(i, cells, sampler)) return found_;
+      if (found_.rays >= most_rays || !Settle(i)) return found_;
       if (found_.lower >= target_.enough) return found_;
     }
     found_.upper = std::max(others_, found_.lower);

@@ -21,9 +21,7 @@ namespace vantage::planning {
 // What is asked of views, the same for all of them. References are kept.
 struct GainTarget {
   const PlanningProblem& problem;
-  const CellArrays& gains;  // GainCells() of what the problem's views are scored on
-  const PatchTree& tree;    // of these
-  double enough;            // m2, > 0
+  double enough;  // m2, > 0
   // Each bound fails with a probability of at most exp(-log_inverse_error).
   double log_inverse_error;
 };
@@ -31,33 +29,39 @@ struct GainTarget {
 // What was found out of views.
 struct FoundGains {
   double lower = 0;  // one of them gains so much, m2
-  // None gains more, m2. Where they are not settled, by what may be visible from there at all.
+  // None gains more, m2. Where they are not settled, by what they gain if they see all cells.
   double upper = std::numeric_limits<double>::infinity();
   uint64_t rays = 0;
   bool settled = false;  // none gains enough
 };
 
-// Looks at views in one box, in the order given, until one is known to gain enough or none may.
+// The cells of `gains` (GainCells() of what the problem's views are scored on, of which `tree` is
+// made) that may be visible from anywhere around these views, and gain anything there.
+CellArrays CellsVisibleFrom(const PlanningProblem& problem, std::span<const uint32_t> views,
+                            const CellArrays& gains, const PatchTree& tree);
+
+// Looks at views, in the order given, until one is known to gain enough or none may. The views gain
+// nothing but on `cells`. References are kept.
 class BoxGains {
  public:
-  BoxGains(const GainTarget& target, const parallel::Budget& budget)
-      : target_(target), budget_(budget) {}
+  BoxGains(const GainTarget& target, const CellArrays& cells, const parallel::Budget& budget)
+      : target_(target), cells_(cells), sampler_(cells), budget_(budget) {}
 
   // Casts `most_rays` at most, and what the last view takes.
   FoundGains Find(std::span<const uint32_t> views, uint64_t most_rays);
 
  private:
-  // The cells that may be visible from these views and gain anything there.
-  CellArrays VisibleFrom(std::span<const uint32_t> views) const;
   // What a view gains on `cells` with each heading, into scores_. False when the budget ended
   // first.
   bool Score(uint32_t view, const CellArrays& cells);
-  // Looks at larger and larger samples of `cells` until it is known whether the view gains enough.
-  // False when the budget ended first.
-  bool Settle(uint32_t view, const CellArrays& cells, const CellSampler& sampler);
-  void RuledOut(size_t round, size_t draws, double average, double potential);
+  // Looks at larger and larger samples until it is known whether the view gains enough. False when
+  // the budget ended first.
+  bool Settle(uint32_t view);
+  void RuledOut(size_t round, size_t draws, double average);
 
   const GainTarget& target_;
+  const CellArrays& cells_;
+  const CellSampler sampler_;
   const parallel::Budget& budget_;
   FoundGains found_;
   double others_ = 0;  // what views that were ruled out gain at most, m2

@@ -67,8 +67,9 @@ std::vector<uint32_t> GainSearch::Order(const Evaluation& evaluation) const {
   return boxes;
 }
 
-FoundGains GainSearch::Look(const Box& box, const GainTarget& target, const Evaluation& evaluation,
-                            uint64_t most_rays, const parallel::Budget& budget) const {
+FoundGains GainSearch::Look(const Box& box, const GainTarget& target, const PatchTree& tree,
+                            const Evaluation& evaluation, uint64_t most_rays,
+                            const parallel::Budget& budget) const {
   std::vector<uint32_t> left;  // that may gain enough
   double others = 0;           // what the others may gain at most, m2
   for (const uint32_t i : box.views) {
@@ -88,32 +89,50 @@ FoundGains GainSearch::Look(const Box& box, const GainTarget& target, const Eval
   std::stable_sort(left.begin(), left.end(), [&](uint32_t a, uint32_t b) {
     return evaluation.views[a].Rank() > evaluation.views[b].Rank();
   });
-  found = BoxGains(target, budget).Find(left, most_rays);
+  if (budget.Expired()) return found;
+  const CellArrays cells = CellsVisibleFrom(problem_, left, gains_, tree);
+  found = BoxGains(target, cells, budget).Find(left, most_rays);
   found.upper = std::max(found.upper, others);
   return found;
+}
+
+// On a large site, the tree of cells that tells what is visible takes longer to make than this.
+uint64_t GainSearch::LookAtBest(const GainTarget& target, const Evaluation& evaluation,
+                                const parallel::Budget& budget) {
+  uint32_t best = 0;
+  for (uint32_t i = 1; i < evaluation.views.size(); ++i) {
+    if (evaluation.views[i].Rank() > evaluation.views[best].Rank()) best = i;
+  }
+  if (MostOf(evaluation.views[best]) < target.enough) return 0;
+  const FoundGains found =
+      BoxGains(target, gains_, budget).Find({&best, 1}, std::numeric_limits<uint64_t>::max());
+  Know(found.lower, 0);
+  return found.rays;
 }
 
 uint64_t GainSearch::Seek(const Evaluation& evaluation, uint64_t done,
                           const parallel::Budget& budget, parallel::Parallel& parallel) {
   if (Enough() || evaluation.views.empty() || gains_.size() == 0) return 0;
-  ListBoxes();
   // All bounds hold together: two sides of each view with each heading, after each sample.
   const size_t bounds = 2 * std::max<size_t>(1, GainSamples(gains_.size())) *
                         evaluation.views.size() * problem_.scoring().scorer().headings().size();
-  const PatchTree tree = TreeOf(cells_, gains_, parallel);
   const GainTarget target{
-      problem_, gains_, tree, problem_.config().terminate_below,
+      problem_, problem_.config().terminate_below,
       std::log(static_cast<double>(bounds) / (1 - problem_.config().confidence))};
-  uint64_t rays = 0;
+  uint64_t rays = boxes_.empty() ? LookAtBest(target, evaluation, budget) : 0;
+  if (Enough() || budget.Expired()) return rays;
+  ListBoxes();
   const std::vector<uint32_t> order = Order(evaluation);
-  size_t count = 1;  // the best view of all is in the first: mostly it gains enough
-  for (size_t begin = 0; begin < order.size() && !Enough(); begin += count, count = kBoxesAtOnce) {
+  if (order.empty()) return rays;
+  const PatchTree tree = TreeOf(cells_, gains_, parallel);
+  size_t count = kBoxesAtOnce;
+  for (size_t begin = 0; begin < order.size() && !Enough(); begin += count) {
     if (budget.Expired() || done + rays >= budget.work_limit) break;
     count = std::min(count, order.size() - begin);
     const uint64_t each = (budget.work_limit - done - rays) / count;
     std::vector<FoundGains> found(count);
     parallel.For(count, [&](size_t k) {
-      found[k] = Look(boxes_[order[begin + k]], target, evaluation, each, budget);
+      found[k] = Look(boxes_[order[begin + k]], target, tree, evaluation, each, budget);
     });
     for (size_t k = 0; k < count; ++k) {
       Box& box = boxes_[order[begin + k]];

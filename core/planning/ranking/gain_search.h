@@ -15,11 +15,13 @@
 #include "core/planning/ranking/gain_bounds.h"
 #include "core/planning/scoring/constraints.h"
 #include "core/planning/scoring/ordered_cells.h"
+#include "core/planning/scoring/patch_tree.h"
 
 namespace vantage::planning {
 
-// Box by box of views that lie close together: which cells may be visible from there, and how much
-// they gain at most; then view by view, on larger and larger samples of these cells.
+// First the best view alone, which mostly gains enough; then box by box of views that lie close
+// together: which cells may be visible from there, and how much they gain at most; then view by
+// view, on larger and larger samples of these cells.
 class GainSearch {
  public:
   // `gains` are the GainCells() of `cells`, on which views are scored, and `most_gain_per_sample`
@@ -50,12 +52,16 @@ class GainSearch {
 
   bool Enough() const;
   void ListBoxes();
+  // Looks at the best view by the evaluation so far. Returns the rays.
+  uint64_t LookAtBest(const GainTarget& target, const Evaluation& evaluation,
+                      const parallel::Budget& budget);
   // The most that a view may gain by the bounds of its score, m2.
   double MostOf(const ViewEstimate& view) const;
   // The boxes that are not settled, those with the best views first.
   std::vector<uint32_t> Order(const Evaluation& evaluation) const;
-  FoundGains Look(const Box& box, const GainTarget& target, const Evaluation& evaluation,
-                  uint64_t most_rays, const parallel::Budget& budget) const;
+  FoundGains Look(const Box& box, const GainTarget& target, const PatchTree& tree,
+                  const Evaluation& evaluation, uint64_t most_rays,
+                  const parallel::Budget& budget) const;
 
   const PlanningProblem& problem_;
   const OrderedCells& cells_;
