@@ -1,5 +1,4 @@
-// Whether any of the views that lie close together gains enough (algorithm.md section 10, 'What the
-// best view gains').
+// Whether any of some views, which lie close together, gains enough (algorithm.md section 10).
 #ifndef VANTAGE_CORE_PLANNING_RANKING_BOX_GAINS_H_
 #define VANTAGE_CORE_PLANNING_RANKING_BOX_GAINS_H_
 

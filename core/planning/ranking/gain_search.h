@@ -1,5 +1,5 @@
 // Seeks a view that is worth a scan, until one is found or none may be left (algorithm.md section
-// 10, 'What the best view gains').
+// 10).
 #ifndef VANTAGE_CORE_PLANNING_RANKING_GAIN_SEARCH_H_
 #define VANTAGE_CORE_PLANNING_RANKING_GAIN_SEARCH_H_
 
