@@ -5,7 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "absl/container/flat_hash_map.h"
 #include "absl/container/flat_hash_set.h"
 #include "absl/memory/memory.h"
 #include "absl/status/status.h"
@@ -35,6 +34,7 @@ constexpr int kMostRefusals = 2;
 // beside much more that was measured; of what is behind a glass door at once 7 m2, beside the
 // door's frame (flats, RTC360; experiments.md).
 constexpr double kLeastInVain = 2;
+constexpr size_t kLookedAt = 4;  // one in so many of its voxels: 2 m2 are 200 of 5 cm
 // Measured voxels with fewer others around them are returns from edges that met nothing (mixed
 // pixels), or too small to be in anybody's way. Without this two of them under a lintel close a
 // door of 0.95 m, in voxels of 5 cm, to a scanner of 0.6 m.
@@ -245,38 +245,25 @@ std::vector<BehindDoorway> RoomsBehindDoorways(const model::PlanningView& model,
   return rooms;
 }
 
-// Leaves out rooms of which stations looked at much and saw nothing: who has scanned through a
-// doorway and still knows nothing of what is behind it stands before glass or a mirror.
-absl::Status LeaveOutLookedAtInVain(const model::PlanningView& model,
-                                    const sensor::ScannerModel& scanner,
-                                    const parallel::Cancellation& cancelled,
-                                    std::vector<BehindDoorway>& rooms) {
-  if (rooms.empty()) return absl::OkStatus();
+// Whether stations looked at much of a room and saw nothing: who has scanned through a doorway and
+// still knows nothing of what is behind it stands before glass or a mirror.
+absl::StatusOr<bool> LookedIntoInVain(const model::PlanningView& model, const Opening& opening,
+                                      const BehindDoorway& behind,
+                                      const sensor::ScannerModel& scanner,
+                                      const parallel::Cancellation& cancelled) {
+  const std::vector<model::Station> stations = StationsBefore(model, opening);
+  if (stations.empty()) return false;
   BrickEdit edit(model);
   std::vector<ExpectedFloor> floors;
-  absl::flat_hash_map<Column, size_t> room_at;
-  for (size_t r = 0; r < rooms.size(); ++r) {
-    rooms[r].room.Apply(rooms[r].columns, edit, floors);
-    ForEachColumnWithWalls(rooms[r].columns, [&](const Column& at) { room_at.emplace(at, r); });
-  }
+  behind.room.Apply(behind.columns, edit, floors);
   const std::vector<model::BrickAt> changed = edit.Bricks();
   const model::PlanningView expected(model, model.version(), changed, model.stations());
-  const auto looked_at = LookedAtInVain(model, expected, changed, scanner, cancelled);
+  const auto looked_at =
+      LookedAtInVain(model, expected, changed, stations, scanner, cancelled, kLookedAt);
   if (!looked_at.ok()) return looked_at.status();
-  std::vector<size_t> in_vain(rooms.size(), 0);  // voxels
-  for (const ExpectedSurface& surface : *looked_at) {
-    const auto at = room_at.find({surface.voxel.x(), surface.voxel.y()});
-    if (at != room_at.end()) ++in_vain[at->second];
-  }
-  std::vector<BehindDoorway> left;
-  for (size_t r = 0; r < rooms.size(); ++r) {
-    const size_t seen = in_vain[r] == 0 ? 0 : rooms[r].room.Measured(rooms[r].columns);
-    const double area = static_cast<double>(in_vain[r]) * model.voxel_size() * model.voxel_size();
-    if (area >= kLeastInVain && in_vain[r] > seen) continue;
-    left.push_back(std::move(rooms[r]));
-  }
-  rooms = std::move(left);
-  return absl::OkStatus();
+  const size_t in_vain = kLookedAt * looked_at->size();  // voxels
+  const double area = static_cast<double>(in_vain) * model.voxel_size() * model.voxel_size();
+  return area >= kLeastInVain && in_vain > behind.room.Measured(behind.columns);
 }
 
 // Whether so few voxels around a measured one were measured that nobody heeds it.
@@ -374,7 +361,6 @@ absl::StatusOr<std::shared_ptr<const Expectation>> Expectation::Of(
   }
   std::vector<BehindDoorway> behind =
       RoomsBehindDoorways(model, openings, rejected, site, cancelled);
-  if (absl::Status s = LeaveOutLookedAtInVain(model, scanner, cancelled, behind); !s.ok()) return s;
   std::vector<Room> rooms;
   std::vector<ExpectedFloor> floors;
   absl::flat_hash_set<std::pair<int, int>> glimpsed;
@@ -382,6 +368,9 @@ absl::StatusOr<std::shared_ptr<const Expectation>> Expectation::Of(
   for (BehindDoorway& doorway : behind) {
     if (cancelled.Requested()) return absl::CancelledError("expectation");
     const Opening& opening = openings.openings[doorway.opening];
+    const auto in_vain = LookedIntoInVain(model, opening, doorway, scanner, cancelled);
+    if (!in_vain.ok()) return in_vain.status();
+    if (*in_vain) continue;
     doorway.room.Apply(doorway.columns, edit, floors);
     if (opening.glimpsed) {
       ForEachColumnWithWalls(doorway.columns, [&](const Column& at) { glimpsed.emplace(at); });
@@ -397,8 +386,8 @@ absl::StatusOr<std::shared_ptr<const Expectation>> Expectation::Of(
   if (site != nullptr) {
     const model::PlanningView expected(model, model.version(), changed, model.stations());
     // A prior shows whole buildings; of most of them nobody has seen anything yet.
-    const auto looked_at =
-        LookedAtInVain(model, expected, SeenAround(model, changed), scanner, cancelled);
+    const auto looked_at = LookedAtInVain(model, expected, SeenAround(model, changed),
+                                          model.stations(), scanner, cancelled);
     if (!looked_at.ok()) return looked_at.status();
     for (const auto& [voxel, surface] : *looked_at) {
       model::SurfaceVoxel given_up = surface;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstddef>
@@ -66,9 +67,10 @@ std::vector<model::BrickAt> SeenAround(const model::PlanningView& model,
 
 absl::StatusOr<std::vector<ExpectedSurface>> LookedAtInVain(
     const model::PlanningView& model, const model::PlanningView& expected,
-    std::span<const model::BrickAt> changed, const sensor::ScannerModel& scanner,
-    const parallel::Cancellation& cancelled) {
+    std::span<const model::BrickAt> changed, std::span<const model::Station> stations,
+    const sensor::ScannerModel& scanner, const parallel::Cancellation& cancelled, size_t every) {
   std::vector<ExpectedSurface> found;
+  size_t only = 0;
   if (!scanner.TurnsAllAround()) return found;
   for (const model::BrickAt& at : changed) {
     if (cancelled.Requested()) return absl::CancelledError("expectation");
@@ -80,16 +82,47 @@ absl::StatusOr<std::vector<ExpectedSurface>> LookedAtInVain(
         const model::VoxelIndex v = model::PlanningView::Global(at.brick, local);
         const bool only_expected =
             NothingKnown(model.State(v)) && expected.State(v) == model::VoxelState::kTrueSurface;
-        if (only_expected && std::any_of(model.stations().begin(), model.stations().end(),
-                                         [&](const model::Station& station) {
-                                           return LooksAt(expected, scanner, station, v, surface);
-                                         })) {
+        if (!only_expected || only++ % every != 0) continue;
+        if (std::any_of(stations.begin(), stations.end(), [&](const model::Station& station) {
+              return LooksAt(expected, scanner, station, v, surface);
+            })) {
           found.push_back({v, surface});
         }
       }
     }
   }
   return found;
+}
+
+std::vector<model::Station> StationsBefore(const model::PlanningView& model,
+                                           const Opening& doorway) {
+  // m, before the doorway's plane, where space is known; across it, of its width, and over its
+  // floor: where somebody looks through.
+  constexpr double kBefore = 0.1;
+  constexpr std::array<double, 5> kAcross = {0, -0.2, 0.2, -0.4, 0.4};
+  constexpr std::array<double, 3> kOver = {1.2, 0.6, 1.8};
+  const Eigen::Vector3d across(-doorway.direction.y(), doorway.direction.x(), 0);
+  const auto sees = [&](const model::Station& station, const Eigen::Vector3d& point) {
+    return visibility::WalkVoxels(
+        point / model.voxel_size(), station.position / model.voxel_size(),
+        [&](const model::VoxelIndex& on_way, double /*entry*/) { return model.Empty(on_way); });
+  };
+  std::vector<model::Station> before;
+  for (const model::Station& station : model.stations()) {
+    const Eigen::Vector3d way = doorway.centre - station.position;
+    if (way.head<2>().norm() > kFarthestLook || way.dot(doorway.direction) < kBefore) continue;
+    bool looks = false;
+    for (const double over : kOver) {
+      for (const double part : kAcross) {
+        const Eigen::Vector3d point = doorway.centre - kBefore * doorway.direction +
+                                      part * doorway.width * across +
+                                      over * Eigen::Vector3d::UnitZ();
+        looks = looks || sees(station, point);
+      }
+    }
+    if (looks) before.push_back(station);
+  }
+  return before;
 }
 
 }  // namespace vantage::planning
