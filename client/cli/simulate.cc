@@ -42,7 +42,7 @@ constexpr double kOfficeArea = 250;  // m^2
 
 constexpr int kUntilDoneScans = 100;
 constexpr uint64_t kLastPlanFactor = 10;        // of a plan's work, where that is limited
-constexpr uint64_t kLastPlanWork = 60'000'000;  // rays: enough to look at a flat's views
+constexpr uint64_t kLastPlanWork = 80'000'000;  // rays: enough to look at a flat's views
 
 constexpr double kPreview = 0.25;  // degrees between the rays of a preset's scans
 

@@ -12,10 +12,6 @@ using Clock = parallel::Budget::Clock;
 constexpr double kEvaluationShare = 0.8;
 // Of step D, for the question whether to stop.
 constexpr double kStopShare = 0.5;
-// What is enough to rank the views of a flat among which none is worth much: s of two cores, and
-// rays.
-constexpr double kRankingSeconds = 0.4;
-constexpr double kRankingWork = 4e6;
 // Of a flat or a storey all that comes after the evaluation takes less, however long that was.
 constexpr double kUsuallyReserved = 0.4;  // s
 // s, of one thread, measured in a hall of 16 million cells and in flats.
@@ -60,17 +56,7 @@ parallel::Budget EvaluationShare(const parallel::Budget& budget, double answer_s
 }
 
 parallel::Budget StopShare(const parallel::Budget& evaluating, uint64_t rays) {
-  double share = kStopShare;
-  if (evaluating.deadline != Clock::time_point::max()) {
-    const std::chrono::duration<double> left = evaluating.deadline - evaluating.now();
-    share = std::max(share, 1 - kRankingSeconds / std::max(left.count(), kRankingSeconds));
-  }
-  if (evaluating.work_limit != std::numeric_limits<uint64_t>::max()) {
-    const auto left =
-        static_cast<double>(evaluating.work_limit - std::min(evaluating.work_limit, rays));
-    share = std::max(share, 1 - kRankingWork / std::max(left, kRankingWork));
-  }
-  return evaluating.Part(share, rays);
+  return evaluating.Part(kStopShare, rays);
 }
 
 parallel::Budget LeastEvaluation(const parallel::Budget& budget) {

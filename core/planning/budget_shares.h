@@ -19,9 +19,8 @@ double AnswerSeconds(const PlanningProblem& problem, int threads);
 // and the answer, which takes about `answer_seconds`.
 parallel::Budget EvaluationShare(const parallel::Budget& budget, double answer_seconds);
 
-// What of step D's budget, of which `rays` are spent, goes into the question whether another scan
-// is worth it, while no view is known that is: half, and of a large one all but what ranks the
-// views of a flat. Where one is known, next to nothing is needed.
+// What of step D's budget, of which `rays` are spent, may go into the question whether another scan
+// is worth it, while no view is known that is: half. Where one is, next to nothing is needed.
 parallel::Budget StopShare(const parallel::Budget& evaluating, uint64_t rays);
 
 // What step D may use where the budget ended before any view was evaluated: a little work, until it

@@ -46,6 +46,9 @@ class BoxGains {
   BoxGains(const GainTarget& target, const CellArrays& cells, const parallel::Budget& budget)
       : target_(target), cells_(cells), sampler_(cells), budget_(budget) {}
 
+  // What a view that sees all cells gains, m2.
+  double potential() const { return sampler_.potential(); }
+
   // Casts `most_rays` at most, and what the last view takes.
   FoundGains Find(std::span<const uint32_t> views, uint64_t most_rays);
 

@@ -1,6 +1,7 @@
 #include "core/planning/ranking/gain_search.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <utility>
@@ -15,6 +16,13 @@ namespace {
 // Looked at together. Each may use this part of the work that is left, so that the result does not
 // depend on which of them is first.
 constexpr size_t kBoxesAtOnce = 16;
+// Rays that a thread casts in a second, roughly; and by how much fewer than by all cells a search
+// takes, since from a room little of a building is visible: 4 to 8 in flats.
+constexpr double kRaysPerSecond = 5e6;
+constexpr double kVisiblePart = 0.25;
+// Draws that tell of a view which gains half of what is enough, by the inverse of the share of all
+// cells that is enough and of the error allowed.
+constexpr double kDraws = 1.5;
 
 PatchTree TreeOf(const OrderedCells& cells, const CellArrays& gains, parallel::Parallel& parallel) {
   OrderedCells ordered = cells;
@@ -103,11 +111,32 @@ uint64_t GainSearch::LookAtBest(const GainTarget& target, const Evaluation& eval
   for (uint32_t i = 1; i < evaluation.views.size(); ++i) {
     if (evaluation.views[i].Rank() > evaluation.views[best].Rank()) best = i;
   }
+  BoxGains gains(target, gains_, budget);
+  potential_ = gains.potential();
+  looked_ = true;
   if (MostOf(evaluation.views[best]) < target.enough) return 0;
-  const FoundGains found =
-      BoxGains(target, gains_, budget).Find({&best, 1}, std::numeric_limits<uint64_t>::max());
+  const FoundGains found = gains.Find({&best, 1}, std::numeric_limits<uint64_t>::max());
   Know(found.lower, 0);
   return found.rays;
+}
+
+bool GainSearch::MayEnd(const GainTarget& target, const Evaluation& evaluation, uint64_t done,
+                        const parallel::Budget& budget, int threads) const {
+  size_t left = 0;  // views
+  for (const Box& box : boxes_) {
+    if (box.settled) continue;
+    for (const uint32_t i : box.views) left += MostOf(evaluation.views[i]) >= target.enough ? 1 : 0;
+  }
+  const double draws = kDraws * target.log_inverse_error * potential_ / target.enough;
+  const double each = std::min(static_cast<double>(gains_.size()), draws);
+  const double rays = kVisiblePart * static_cast<double>(left) * each;
+  if (budget.work_limit != std::numeric_limits<uint64_t>::max() &&
+      rays > static_cast<double>(budget.work_limit - std::min(budget.work_limit, done))) {
+    return false;
+  }
+  if (budget.deadline == parallel::Budget::Clock::time_point::max()) return true;
+  const std::chrono::duration<double> seconds = budget.deadline - budget.now();
+  return rays <= kRaysPerSecond * threads * seconds.count();
 }
 
 uint64_t GainSearch::Seek(const Evaluation& evaluation, uint64_t done,
@@ -119,9 +148,10 @@ uint64_t GainSearch::Seek(const Evaluation& evaluation, uint64_t done,
   const GainTarget target{
       problem_, problem_.config().terminate_below,
       std::log(static_cast<double>(bounds) / (1 - problem_.config().confidence))};
-  uint64_t rays = boxes_.empty() ? LookAtBest(target, evaluation, budget) : 0;
+  uint64_t rays = looked_ ? 0 : LookAtBest(target, evaluation, budget);
   if (Enough() || budget.Expired()) return rays;
   ListBoxes();
+  if (!MayEnd(target, evaluation, done + rays, budget, parallel.width())) return rays;
   const std::vector<uint32_t> order = Order(evaluation);
   if (order.empty()) return rays;
   const PatchTree tree = TreeOf(cells_, gains_, parallel);

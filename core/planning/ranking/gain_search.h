@@ -35,8 +35,9 @@ class GainSearch {
   // Seeks until a view is known to gain `terminate_below` without what is hidden, none may any
   // more, or the budget ends; goes on where it ended before. `evaluation` is of all feasible views,
   // on `cells`: the bounds of their scores spare looking at views, and the best are looked at
-  // first. Returns the rays that it cast, beside `done` that are spent. With a work limit alone the
-  // same on any number of threads.
+  // first. Where the budget is far from what an answer takes, only the best is. Returns the rays
+  // that it cast, beside `done` that are spent. With a work limit alone the same on any number of
+  // threads.
   uint64_t Seek(const Evaluation& evaluation, uint64_t done, const parallel::Budget& budget,
                 parallel::Parallel& parallel);
 
@@ -52,6 +53,9 @@ class GainSearch {
 
   bool Enough() const;
   void ListBoxes();
+  // Whether the budget, of which `done` rays are spent, may last until all views are settled.
+  bool MayEnd(const GainTarget& target, const Evaluation& evaluation, uint64_t done,
+              const parallel::Budget& budget, int threads) const;
   // Looks at the best view by the evaluation so far. Returns the rays.
   uint64_t LookAtBest(const GainTarget& target, const Evaluation& evaluation,
                       const parallel::Budget& budget);
@@ -69,6 +73,8 @@ class GainSearch {
   const double per_sample_;  // m2 of gain that a sample of a score stands for at most
   double gain_without_hidden_ = 0;
   double model_gain_ = 0;
+  double potential_ = 0;    // m2, of all cells; once a search has begun
+  bool looked_ = false;     // at the best view
   std::vector<Box> boxes_;  // once a search has begun
 };
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <memory>
 #include <vector>
 
@@ -199,8 +200,11 @@ TEST_F(GainSearchTest, GoesOnWhereItEnded) {
   int searches = 0;
   for (; searches < 10000 && search.Bounds(evaluation).upper >= config_.terminate_below;
        ++searches) {
+    // Of a clock that goes on by a second whenever somebody looks at it.
+    static parallel::Budget::Clock::time_point at;
     parallel::Budget budget;
-    budget.work_limit = done + 100;
+    budget.now = [] { return at += std::chrono::seconds(1); };
+    budget.deadline = at + std::chrono::seconds(60);
     const uint64_t rays = search.Seek(evaluation, done, budget, serial_);
     EXPECT_LE(search.Bounds(evaluation).upper, upper);
     upper = search.Bounds(evaluation).upper;
@@ -210,6 +214,20 @@ TEST_F(GainSearchTest, GoesOnWhereItEnded) {
   EXPECT_LT(upper, config_.terminate_below);
   EXPECT_EQ(search.Seek(evaluation, 0, parallel::Budget::Unlimited(), serial_), 0u)
       << "nothing is left to look at";
+}
+
+// Where a budget is far from what an answer takes, it is left to those who can use it.
+TEST_F(GainSearchTest, OnlyTheBestViewIsLookedAtWhereAnAnswerIsOutOfReach) {
+  const auto first = Prepare();
+  const CellArrays gains = GainCells(first->scoring().cells(), first->patches());
+  const std::vector<double> by_view = Gains(*first, gains);
+  config_.terminate_below = 1.02 * *std::max_element(by_view.begin(), by_view.end());
+  const auto problem = Prepare();
+  parallel::Budget budget;
+  budget.work_limit = 500;
+  const GainBounds bounds = Bound(*problem, NothingKnown(*problem, 1e9), budget, serial_);
+  EXPECT_LE(bounds.rays, problem->scoring().scorer().MostRays(gains));
+  EXPECT_GE(bounds.upper, config_.terminate_below);
 }
 
 // What somebody knows already is not looked for.
