@@ -20,17 +20,22 @@ ShaftClassifier::ShaftClassifier(const BruteForceScorer& scorer, const visibilit
       visible_pairs_(visible_pairs) {}
 
 ViewBox ShaftClassifier::Of(const ViewTree::Node& node) const {
+  ViewBox views = Of(node.centres, node.size());
+  views.leaf = node.children == 0;
+  return views;
+}
+
+ViewBox ShaftClassifier::Of(const Eigen::AlignedBox3d& centres, uint32_t count) const {
   const Eigen::Vector3d reach = Eigen::Vector3d::Constant(scorer_.reach());
   const Eigen::Vector3d slack = Eigen::Vector3d::Constant(kFloatSlack);
-  const Eigen::Vector3d low = node.centres.min() - reach;
-  const Eigen::Vector3d high = node.centres.max() + reach;
+  const Eigen::Vector3d low = centres.min() - reach;
+  const Eigen::Vector3d high = centres.max() + reach;
   ViewBox views;
   views.box = Eigen::AlignedBox3d(low - slack, high + slack);
   views.scene = Eigen::AlignedBox3d(low / scorer_.voxel() - scorer_.scene().corner(),
                                     high / scorer_.voxel() - scorer_.scene().corner());
   views.width = (high - low).maxCoeff();
-  views.views = node.size();
-  views.leaf = node.children == 0;
+  views.views = count;
   return views;
 }
 

@@ -46,6 +46,8 @@ class ShaftClassifier {
                   double tolerance, uint32_t visible_pairs);
 
   ViewBox Of(const ViewTree::Node& node) const;
+  // The same of any views: `centres` (m) is the box of their centres.
+  ViewBox Of(const Eigen::AlignedBox3d& centres, uint32_t views) const;
 
   enum class Relation {
     kNothing,   // no view of the box gains anything from the group

@@ -29,10 +29,11 @@ constexpr double kCeiling = 2.5;  // m over the floor, where the doorway is no h
 // A room in which so many places were rejected is not expected any more: nobody can enter it, since
 // it is glass, a mirror's image or full of things.
 constexpr int kMostRefusals = 2;
-// m2 of a room's expected surface that stations looked at in vain, and more than what was measured
-// of the room: it is not expected. Of real rooms up to 1 m2 is, between rays and behind jambs,
-// beside much more that was measured; of what is behind a glass door at once 7 m2, beside the
-// door's frame (flats, RTC360; experiments.md).
+// m2 of a room's expected surface that stations looked at in vain, and more than was measured of
+// the room: it is not expected. Of real rooms up to 4 m2 is, between rays and behind jambs, and at
+// least two and a half times as much was measured; behind a glass door at once 7 m2, and a sixth of
+// that was measured, its frame (core/planning/experiments.md). Shares of one room, so steps, range
+// and voxels matter little.
 constexpr double kLeastInVain = 2;
 constexpr size_t kLookedAt = 4;  // one in so many of its voxels: 2 m2 are 200 of 5 cm
 // Measured voxels with fewer others around them are returns from edges that met nothing (mixed

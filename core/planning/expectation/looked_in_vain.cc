@@ -96,12 +96,19 @@ absl::StatusOr<std::vector<ExpectedSurface>> LookedAtInVain(
 
 std::vector<model::Station> StationsBefore(const model::PlanningView& model,
                                            const Opening& doorway) {
-  // m, before the doorway's plane, where space is known; across it, of its width, and over its
-  // floor: where somebody looks through.
+  // Where somebody looks through: so far before the doorway's plane, where space is known (m),
+  // across it (of its width), and over its floor (m).
   constexpr double kBefore = 0.1;
   constexpr std::array<double, 5> kAcross = {0, -0.2, 0.2, -0.4, 0.4};
   constexpr std::array<double, 3> kOver = {1.2, 0.6, 1.8};
   const Eigen::Vector3d across(-doorway.direction.y(), doorway.direction.x(), 0);
+  std::vector<Eigen::Vector3d> points;
+  for (const double over : kOver) {
+    for (const double part : kAcross) {
+      points.emplace_back(doorway.centre - kBefore * doorway.direction +
+                          part * doorway.width * across + over * Eigen::Vector3d::UnitZ());
+    }
+  }
   const auto sees = [&](const model::Station& station, const Eigen::Vector3d& point) {
     return visibility::WalkVoxels(
         point / model.voxel_size(), station.position / model.voxel_size(),
@@ -111,16 +118,10 @@ std::vector<model::Station> StationsBefore(const model::PlanningView& model,
   for (const model::Station& station : model.stations()) {
     const Eigen::Vector3d way = doorway.centre - station.position;
     if (way.head<2>().norm() > kFarthestLook || way.dot(doorway.direction) < kBefore) continue;
-    bool looks = false;
-    for (const double over : kOver) {
-      for (const double part : kAcross) {
-        const Eigen::Vector3d point = doorway.centre - kBefore * doorway.direction +
-                                      part * doorway.width * across +
-                                      over * Eigen::Vector3d::UnitZ();
-        looks = looks || sees(station, point);
-      }
+    if (std::any_of(points.begin(), points.end(),
+                    [&](const Eigen::Vector3d& point) { return sees(station, point); })) {
+      before.push_back(station);
     }
-    if (looks) before.push_back(station);
   }
   return before;
 }

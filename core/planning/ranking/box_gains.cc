@@ -3,11 +3,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/planning/evaluation/confidence_bounds.h"
 #include "core/planning/evaluation/evaluation_run.h"
+#include "core/planning/evaluation/shaft_classifier.h"
 #include "core/planning/scoring/headings.h"
-#include "core/visibility/shaft.h"
 
 namespace vantage::planning {
 namespace {
@@ -16,38 +17,27 @@ namespace {
 // a sixteenth of what is visible would be enough is told by then.
 constexpr size_t kFirstDraws = 256;
 // A sample of more than a third of the cells costs nearly as much as all cells.
-constexpr size_t kLeastCells = 3;     // for a draw
-constexpr double kFloatSlack = 1e-5;  // m: views and cells are floats where rays are cast
+constexpr size_t kLeastCells = 3;  // for a draw
 
-// A box of views, and what groups of cells may be visible from there.
+// Lists the cells of groups that any view of a box may gain anything from.
 class VisibleCells {
  public:
-  VisibleCells(const PlanningProblem& problem, const CellArrays& gains, const PatchTree& tree,
-               const Eigen::AlignedBox3d& views)
-      : problem_(problem),
-        gains_(gains),
-        tree_(tree),
-        intervals_(problem.scoring().scorer().constraints()),
-        views_(views),
-        scene_(InScene(views.min()), InScene(views.max())) {
+  VisibleCells(const ShaftClassifier& classifier, const ViewBox& views, const CellArrays& gains,
+               const PatchTree& tree)
+      : classifier_(classifier), views_(views), gains_(gains), tree_(tree) {
     Add(tree.root(), 0);
   }
 
   const std::vector<uint32_t>& cells() const { return cells_; }
 
  private:
-  Eigen::Vector3d InScene(const Eigen::Vector3d& at) const {
-    const BruteForceScorer& scorer = problem_.scoring().scorer();
-    return at / scorer.voxel() - scorer.scene().corner();
-  }
-
   // `satisfied`: by the group that this one is a part of.
   void Add(const PatchTree::Node& group, uint8_t satisfied) {
     if (!(group.potential > 0)) return;
-    Interval density;
-    if (!intervals_.Test(views_, group.bounds, satisfied, density)) return;
-    if (visibility::Occlusion(problem_.grid(), scene_, group.targets.cast<double>()) ==
-        visibility::Hidden::kAll) {
+    double score = 0;
+    HierarchyCounts counts;
+    if (classifier_.Classify(views_, group, gains_, satisfied, score, counts, {}) ==
+        ShaftClassifier::Relation::kNothing) {
       return;
     }
     if (group.child != 0) {
@@ -60,12 +50,10 @@ class VisibleCells {
     }
   }
 
-  const PlanningProblem& problem_;
+  const ShaftClassifier& classifier_;
+  const ViewBox& views_;
   const CellArrays& gains_;
   const PatchTree& tree_;
-  const IntervalConstraints intervals_;
-  const Eigen::AlignedBox3d views_;  // m
-  const Eigen::AlignedBox3d scene_;
   std::vector<uint32_t> cells_;
 };
 
@@ -79,12 +67,13 @@ size_t GainSamples(size_t cells) {
 
 CellArrays CellsVisibleFrom(const PlanningProblem& problem, std::span<const uint32_t> views,
                             const CellArrays& gains, const PatchTree& tree) {
+  // What is entirely visible is not told apart.
+  constexpr uint32_t kNever = std::numeric_limits<uint32_t>::max();
+  const ShaftClassifier classifier(problem.scoring().scorer(), problem.grid(), 0, kNever);
   Eigen::AlignedBox3d centres;
   for (const uint32_t i : views) centres.extend(problem.feasible().Centre(i));
-  const double reach = problem.scoring().scorer().reach();
-  const Eigen::Vector3d around = Eigen::Vector3d::Constant(reach + kFloatSlack);
-  const VisibleCells visible(problem, gains, tree,
-                             {centres.min() - around, centres.max() + around});
+  const VisibleCells visible(
+      classifier, classifier.Of(centres, static_cast<uint32_t>(views.size())), gains, tree);
   std::vector<float> factors;
   factors.reserve(visible.cells().size());
   for (const uint32_t i : visible.cells()) factors.push_back(gains.factor[i]);

@@ -12,7 +12,6 @@
 #include "core/planning/evaluation/cell_sample.h"
 #include "core/planning/problem/planning_problem.h"
 #include "core/planning/scoring/constraints.h"
-#include "core/planning/scoring/interval_constraints.h"
 #include "core/planning/scoring/patch_tree.h"
 
 namespace vantage::planning {

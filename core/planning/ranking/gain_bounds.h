@@ -12,8 +12,9 @@ namespace vantage::planning {
 // What the best feasible view gains, as in all of this file its model gain and the gain of what is
 // expected (RankedView::gain_without_hidden), lies between `lower` and `upper`, m2.
 struct GainBounds {
+  // Both with the plan's confidence; where a view was summed exactly, `lower` is what it gains.
   double lower = 0;
-  double upper = 0;  // at the confidence of the scores' bounds
+  double upper = 0;
   // Some view has so much model gain, m2. No view has more model gain than `upper`: gain without
   // what is hidden is model gain and more.
   double model_gain = 0;

@@ -43,6 +43,13 @@ class GainSearchTest : public ::testing::Test {
     }
     return by_view;
   }
+  // What the best view gains.
+  double BestGain() {
+    const auto problem = Prepare();
+    const std::vector<double> by_view =
+        Gains(*problem, GainCells(problem->scoring().cells(), problem->patches()));
+    return by_view.empty() ? 0 : *std::max_element(by_view.begin(), by_view.end());
+  }
   // Of scores of which nothing is known but that they are at most `most` (samples).
   static Evaluation NothingKnown(const PlanningProblem& problem, double most) {
     ViewEstimate unknown;
@@ -73,10 +80,7 @@ class GainSearchTest : public ::testing::Test {
   // Bounds hold, and say whether any view gains enough, around the best gain.
   void ExpectJudged(double slack) {
     const auto problem = Prepare();
-    const CellArrays gains = GainCells(problem->scoring().cells(), problem->patches());
-    const std::vector<double> by_view = Gains(*problem, gains);
-    ASSERT_FALSE(by_view.empty());
-    const double best = *std::max_element(by_view.begin(), by_view.end());
+    const double best = BestGain();
     ASSERT_GT(best, 0);
     const Evaluation evaluation =
         slack > 0 ? AllViews(*problem, slack) : NothingKnown(*problem, 1e9);
@@ -164,13 +168,11 @@ TEST_F(GainSearchTest, SamplesSpareRaysAndTheirBoundsHold) {
 }
 
 TEST_F(GainSearchTest, WithAWorkLimitItIsTheSameOnAnyNumberOfThreadsAndStillHolds) {
-  config_.terminate_below = 1000;
-  const auto problem = Prepare();
-  const Evaluation evaluation = AllViews(*problem, 2);
-  const CellArrays gains = GainCells(problem->scoring().cells(), problem->patches());
-  const std::vector<double> by_view = Gains(*problem, gains);
-  config_.terminate_below = 1.2 * *std::max_element(by_view.begin(), by_view.end());
+  const double best = BestGain();
+  config_.terminate_below = 1.2 * best;
   const auto asked = Prepare();
+  const Evaluation evaluation = AllViews(*asked, 2);
+  const CellArrays gains = GainCells(asked->scoring().cells(), asked->patches());
   parallel::ThreadPool two(2);
   for (const uint64_t limit : {2000u, 20000u}) {
     parallel::Budget budget;
@@ -180,18 +182,16 @@ TEST_F(GainSearchTest, WithAWorkLimitItIsTheSameOnAnyNumberOfThreadsAndStillHold
     EXPECT_EQ(one.lower, other.lower);
     EXPECT_EQ(one.upper, other.upper);
     EXPECT_EQ(one.rays, other.rays);
-    EXPECT_GE(one.upper, *std::max_element(by_view.begin(), by_view.end()));
+    EXPECT_GE(one.upper, best);
     EXPECT_LE(one.rays, limit + 16 * asked->scoring().scorer().MostRays(gains));
   }
 }
 
 // A search that was interrupted comes to the same end.
 TEST_F(GainSearchTest, GoesOnWhereItEnded) {
-  const auto first = Prepare();
-  const CellArrays gains = GainCells(first->scoring().cells(), first->patches());
-  const std::vector<double> by_view = Gains(*first, gains);
-  config_.terminate_below = 1.02 * *std::max_element(by_view.begin(), by_view.end());
+  config_.terminate_below = 1.02 * BestGain();
   const auto problem = Prepare();
+  const CellArrays gains = GainCells(problem->scoring().cells(), problem->patches());
   const Evaluation evaluation = NothingKnown(*problem, 1e9);
   const double per_sample = MostGainPerSample(problem->scoring().cells(), gains);
   GainSearch search(*problem, problem->scoring().cells(), gains, per_sample);
@@ -218,11 +218,9 @@ TEST_F(GainSearchTest, GoesOnWhereItEnded) {
 
 // Where a budget is far from what an answer takes, it is left to those who can use it.
 TEST_F(GainSearchTest, OnlyTheBestViewIsLookedAtWhereAnAnswerIsOutOfReach) {
-  const auto first = Prepare();
-  const CellArrays gains = GainCells(first->scoring().cells(), first->patches());
-  const std::vector<double> by_view = Gains(*first, gains);
-  config_.terminate_below = 1.02 * *std::max_element(by_view.begin(), by_view.end());
+  config_.terminate_below = 1.02 * BestGain();
   const auto problem = Prepare();
+  const CellArrays gains = GainCells(problem->scoring().cells(), problem->patches());
   parallel::Budget budget;
   budget.work_limit = 500;
   const GainBounds bounds = Bound(*problem, NothingKnown(*problem, 1e9), budget, serial_);
