@@ -13,6 +13,7 @@
 #include "core/fleet/joint_choice.h"
 #include "core/fleet/joint_plan_estimate.h"
 #include "core/fleet/member_routes.h"
+#include "core/fleet/ways_for_members.h"
 #include "core/planning/budget_shares.h"
 #include "core/planning/evaluation/anytime.h"
 #include "core/planning/outcome.h"
@@ -149,6 +150,7 @@ class JointPlanner {
     clock_.Book(planning::PlanStage::kEvaluate);
     // Preparing has no deadline. Where it took the time, some is left for an answer.
     budget_ = planning::WithTimeToAnswer(budget_);
+    longest_ = planning::Overrun(budget_);
     return absl::OkStatus();
   }
 
@@ -201,15 +203,21 @@ class JointPlanner {
         planning::JudgeTermination(First().patches(), {}, config_, std::nullopt, std::nullopt),
         joint_.plan);
     joint_.guarantee_reason = "none: no view was chosen";
+    if (TakePledged(longest_)) NoteNarrowWays();
     return true;
   }
 
-  // Claimed views count as scanned.
-  bool Pledge() {
+  bool Pledge() { return TakePledged(budget_) || EndEarly("evaluate views"); }
+
+  // Claimed views count as scanned. False when the budget ended on the way.
+  bool TakePledged(const parallel::Budget& budget) {
     remaining_.emplace(First().scoring().cells());
-    return remaining_->TakeAll(request_.pledged, First().scene(), model_.voxel_size(), budget_,
-                               rays_) ||
-           EndEarly("evaluate views");
+    if (!remaining_->TakeAll(request_.pledged, First().scene(), model_.voxel_size(), budget,
+                             rays_)) {
+      return false;
+    }
+    left_ = Left();
+    return true;
   }
 
   // What is left to gain, as the hierarchy wants it.
@@ -222,7 +230,6 @@ class JointPlanner {
 
   // D. Evaluate views.
   bool Evaluate() {
-    left_ = Left();
     const planning::OrderedCells& cells = left_;
     const planning::ViewReport report(First());
     // Choosing needs about a quarter of the evaluation's time for every further scanner.
@@ -476,6 +483,7 @@ class JointPlanner {
     joint_.assignments = std::move(made);
     std::tie(joint_.guarantee, joint_.guarantee_reason) = Promise(choice);
     Terminate();
+    NoteNarrowWays();
     SetOutcome(choice);
   }
 
@@ -530,6 +538,16 @@ class JointPlanner {
     }
   }
 
+  // Of what the claims leave. Where there is no view, a way to one is all there is to say, so that
+  // the budget is overrun.
+  void NoteNarrowWays() {
+    planning::Plan& plan = joint_.plan;
+    const parallel::Budget& budget = plan.views.empty() ? longest_ : budget_;
+    plan.narrow_ways = WaysForMembers(classes_, members_, left_,
+                                      plan.termination.best_gain_without_hidden.value_or(0),
+                                      std::max(rays_, plan.rays), budget.Concluding(), parallel_);
+  }
+
   planning::Outcome OutcomeOf(JointChoice& choice) const {
     const planning::Plan& plan = joint_.plan;
     const size_t refused = choice.refused().size();
@@ -566,6 +584,7 @@ class JointPlanner {
   const FleetRequest& request_;
   const planning::PlanningConfig& config_;
   parallel::Budget budget_;
+  parallel::Budget longest_;  // as long as there is no view
   parallel::Parallel& parallel_;
   planning::PlanProgress progress_;
   JointPlan joint_;

@@ -32,8 +32,17 @@
 namespace vantage::planning {
 namespace {
 
+void NoteNarrowWays(const PlanningProblem& problem, const parallel::Budget& budget,
+                    parallel::Parallel& parallel, Plan& plan) {
+  plan.narrow_ways = FindNarrowWays({problem, problem.scoring().cells(),
+                                     plan.termination.best_gain_without_hidden.value_or(0)},
+                                    plan.rays, budget.Concluding(), parallel)
+                         .ways;
+}
+
 // True when nothing is deficient or nowhere can be stood: that is the plan, then.
-bool NothingToEvaluate(const PlanningProblem& problem, Plan& plan) {
+bool NothingToEvaluate(const PlanningProblem& problem, const parallel::Budget& budget,
+                       parallel::Parallel& parallel, Plan& plan) {
   const bool deficient = !problem.patches().cells.empty();
   if (deficient && !problem.feasible().cells().empty()) return false;
   Termination termination =
@@ -42,6 +51,7 @@ bool NothingToEvaluate(const PlanningProblem& problem, Plan& plan) {
                         ? NowhereToStand(problem.feasible(), problem.scanner(), problem.config())
                         : NothingDeficient(termination);
   EndCertain(std::move(outcome), std::move(termination), plan);
+  if (deficient) NoteNarrowWays(problem, budget, parallel, plan);
   return true;
 }
 
@@ -122,13 +132,6 @@ void DescribeChecked(const RegistrationCheck& check, const ViewReport& report,
   plan.refused = report.Describe(check.refused, evaluation, wanted, concluding, parallel);
 }
 
-void NoteNarrowWays(const PlanningProblem& problem, const parallel::Budget& budget,
-                    parallel::Parallel& parallel, Plan& plan) {
-  plan.narrow_ways = FindNarrowWays(problem, plan.termination.best_gain_without_hidden.value_or(0),
-                                    plan.rays, budget.Concluding(), parallel)
-                         .ways;
-}
-
 // What was used so far, and the time to check as many candidates again as may be, s.
 std::optional<double> BudgetThatWouldDo(const RegistrationCheck& check, const Plan& plan,
                                         const PlanningConfig& config,
@@ -178,7 +181,9 @@ Plan MakePlan(const PlanningProblem& problem, const parallel::Budget& budget,
   // A to C. Feasible views and ranked patches, as the problem has them.
   Plan plan = BeginPlan(problem);
   StageClock clock(plan.seconds);
-  if (NothingToEvaluate(problem, plan)) return plan;
+  // A narrow way is all there is to say where no view is found, so that the budget is overrun.
+  const parallel::Budget longest = Overrun(budget);
+  if (NothingToEvaluate(problem, longest, parallel, plan)) return plan;
 
   // D. Evaluate views.
   const ViewReport report(problem, parallel);
@@ -219,7 +224,7 @@ Plan MakePlan(const PlanningProblem& problem, const parallel::Budget& budget,
   DescribeChecked(check, report, evaluation, wanted, budget, parallel, plan);
   plan.optimality_gap = OptimalityGap(problem, evaluation, check, plan.views);
   plan.termination = Terminate(problem, evaluation, budget, parallel, search, plan);
-  NoteNarrowWays(problem, budget, parallel, plan);
+  NoteNarrowWays(problem, plan.views.empty() ? longest : budget, parallel, plan);
   plan.rays += AdviseTargets(problem, budget.Concluding(), plan);
   plan.rays += NoteOpenDoors(problem, budget.Concluding(), plan);
   Conclude(OutcomeOf(check, evaluation, !ranked.empty(), plan, config, budget), plan);

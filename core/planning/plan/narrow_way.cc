@@ -13,7 +13,7 @@ std::string NarrowWayWords(const NarrowWay& way, const Eigen::Vector3d& origin) 
           : "";
   return absl::StrFormat(
       "a scan from (%.2f, %.2f, %.2f), behind the way %.2f m wide at (%.2f, %.2f), would bring "
-      "%.2f m2 to the required density%s: set scanner_width to %.2f m if you can carry it through",
+      "%.2f m2 to the required density%s: set scanner_width_m to %.2f if you can carry it through",
       place.x(), place.y(), place.z(), way.width, narrowest.x(), narrowest.y(),
       way.gain_without_hidden, unseen, way.width);
 }

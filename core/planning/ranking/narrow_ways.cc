@@ -19,11 +19,17 @@ constexpr double kMuchMore = 2;             // times the gain of the best view
 constexpr size_t kViewsBehind = 48;
 constexpr size_t kMostWays = 16;  // that are looked at, those with the most views behind
 
+bool Within(const Eigen::Vector3d& place, std::span<const Region> reach) {
+  return reach.empty() || std::any_of(reach.begin(), reach.end(),
+                                      [&](const Region& box) { return box.contains(place); });
+}
+
 }  // namespace
 
-NarrowWays FindNarrowWays(const PlanningProblem& problem, double best, uint64_t done,
+NarrowWays FindNarrowWays(const NarrowWayQuestion& question, uint64_t done,
                           const parallel::Budget& budget, parallel::Parallel& parallel) {
   NarrowWays found;
+  const PlanningProblem& problem = question.problem;
   if (budget.Expired() || done >= budget.work_limit) return found;
   const FeasibleViews& feasible = problem.feasible();
   const std::vector<FeasibleViews::CellIndex> cells = feasible.Unreachable();
@@ -34,6 +40,7 @@ NarrowWays FindNarrowWays(const PlanningProblem& problem, double best, uint64_t 
   for (const FeasibleViews::CellIndex& cell : cells) {
     const Eigen::Vector3d centre =
         (cell.cast<double>().array() + 0.5).matrix() * feasible.cell_size();
+    if (!Within(centre, question.reach)) continue;
     const auto node = reach.nodes().Under(centre);
     if (!node.has_value() || static_cast<double>(ways[*node].width) < kNarrowestScanner) continue;
     behind[ways[*node].narrowest].push_back(centre);
@@ -56,7 +63,7 @@ NarrowWays FindNarrowWays(const PlanningProblem& problem, double best, uint64_t 
                    [&](uint32_t a, uint32_t b) { return behind[a].size() > behind[b].size(); });
   order.resize(std::min(order.size(), kMostWays));
   if (order.empty()) return found;
-  const CellArrays gains = GainCells(problem.scoring().cells(), problem.patches());
+  const CellArrays gains = GainCells(question.cells, problem.patches());
   for (const uint32_t narrowest : order) {
     if (budget.Expired() || done + found.rays >= budget.work_limit) break;
     const std::vector<Eigen::Vector3d>& views = behind[narrowest];
@@ -75,7 +82,7 @@ NarrowWays FindNarrowWays(const PlanningProblem& problem, double best, uint64_t 
       way.place = view(k);
     }
     if (way.gain_without_hidden < problem.config().terminate_below ||
-        way.gain_without_hidden <= kMuchMore * best) {
+        way.gain_without_hidden <= kMuchMore * question.best) {
       continue;
     }
     std::vector<float> by_cell(gains.size());
