@@ -9,6 +9,7 @@
 #include "core/parallel/parallel.h"
 #include "core/registration/align/floor_plane.h"
 #include "core/registration/align/scan_surface.h"
+#include "core/registration/align/sideways_floor.h"
 #include "core/registration/align/wall_normals.h"
 #include "core/sensor/scan.h"
 
@@ -29,12 +30,20 @@ double FarthestTilt(const std::optional<sensor::PosePrior>& prior) {
   return std::clamp(3 * std::sqrt(variance), kFloorsFall, kMaxTilt);
 }
 
+// Whether a prior says how the scanner was tilted: an upright one may just not speak of it, as
+// those do that tell a place alone.
+bool StatesTilt(const sensor::PosePrior& prior) {
+  const double up = prior.T_world_scan.linear()(2, 2);
+  return prior.trusted || prior.covariance.has_value() ||
+         std::acos(std::clamp(up, -1.0, 1.0)) > kMaxTilt;
+}
+
 // What the scan shows of which way is up.
 struct SeenUp {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  // unit, in the frame of the samples
   bool floor = false;
   bool walls = false;      // decided, since they tell and the floor does not
-  double over_floor = 0;   // m
+  FloorPlane plane;        // the floor, where there is one, in the frame of the samples
   double floor_slope = 0;  // rad, where walls decided although there is a floor
 };
 
@@ -47,12 +56,8 @@ SeenUp FindUp(const std::vector<SurfaceSample>& samples, double max_tilt) {
   // rad, in the mean: the normals of walls, with their noise; above it what is steep is no walls.
   constexpr double kWalls = sensor::Radians(4);
   SeenUp seen;
-  FloorPlane floor;
-  seen.floor = FindFloorPlane(samples, kSpacing, max_tilt, floor);
-  if (seen.floor) {
-    seen.up = floor.normal;
-    seen.over_floor = -floor.height;
-  }
+  seen.floor = FindFloorPlane(samples, kSpacing, max_tilt, seen.plane);
+  if (seen.floor) seen.up = seen.plane.normal;
   const WallNormals walls(samples, kSpacing, max_tilt);
   if (!walls.TellUp()) return seen;
   const Eigen::Vector3d up = walls.Up(seen.up);
@@ -81,6 +86,7 @@ absl::StatusOr<Levelling> LevelFirstScan(const sensor::Scan& scan) {
   }
   const double max_tilt = FarthestTilt(scan.prior);
   SeenUp seen;
+  std::optional<SidewaysFloor> sideways;
   if (scan.prior.has_value() && scan.prior->levelled_sigma.has_value()) {
     result.from_inclinometer = true;
   } else {
@@ -95,6 +101,17 @@ absl::StatusOr<Levelling> LevelFirstScan(const sensor::Scan& scan) {
     }
     seen = FindUp(samples, max_tilt);
     result.found_floor = seen.floor;
+    if (seen.floor && !(scan.prior.has_value() && StatesTilt(*scan.prior))) {
+      const Eigen::Matrix3f back = turn.transpose();
+      for (SurfaceSample& s : samples) {
+        s.point = back * s.point;
+        s.normal = back * s.normal;
+      }
+      FloorPlane floor = seen.plane;
+      floor.normal = stated.transpose() * floor.normal;
+      sideways = FindSidewaysFloor(samples, scan.image, kSpacing, floor);
+      result.maybe_on_side = sideways.has_value();
+    }
     up = stated.transpose() * seen.up;
   }
   // The smallest rotation that does it: the first scan keeps its heading.
@@ -102,7 +119,15 @@ absl::StatusOr<Levelling> LevelFirstScan(const sensor::Scan& scan) {
   result.T_world_scan.linear() = turn.toRotationMatrix();
   result.tilt = std::acos(std::clamp(up.normalized().z(), -1.0, 1.0));
   if (scan.prior.has_value() && scan.prior->trusted) return result;  // that pose stands
-  if (seen.walls && seen.floor) {
+  if (sideways.has_value() && -seen.plane.height <= kHighest) {
+    result.message = absl::StrFormat(
+        "what was taken for the floor, %.1f m below the scanner, may be a wall: at right angles to "
+        "it lies a plane, %.1f m away, that fits better as the floor, since it and what lies "
+        "opposite have %.0f m2 to %.0f m2; the scanner is taken to have stood upright; if it lay "
+        "on its side, withdraw the scan and send one from an upright scanner, or this one with a "
+        "levelled pose prior",
+        -seen.plane.height, sideways->distance, sideways->area, sideways->level_area);
+  } else if (seen.walls && seen.floor) {
     result.message = absl::StrFormat(
         "the walls say that the floor slopes by %.0f degrees: the scan is levelled by its walls; "
         "if they are not vertical, withdraw the scan and send it with a levelled pose prior",
@@ -118,12 +143,12 @@ absl::StatusOr<Levelling> LevelFirstScan(const sensor::Scan& scan) {
         "it with a levelled pose prior",
         sensor::Degrees(max_tilt), scan.prior.has_value() ? "its pose prior" : "level",
         scan.prior.has_value() ? "as its pose prior says" : "upright");
-  } else if (seen.over_floor > kHighest) {
+  } else if (-seen.plane.height > kHighest) {
     result.message = absl::StrFormat(
         "what was taken for the floor lies %.1f m below the scanner, farther than under any "
         "tripod: if the scanner lay on its side, that is a wall; withdraw the scan then, and send "
         "it with a levelled pose prior",
-        seen.over_floor);
+        -seen.plane.height);
   } else if (result.tilt > kMaxTilt) {
     result.message = absl::StrFormat(
         "the scanner was tilted by %.0f degrees: the scan is used as it is, but views are planned "
@@ -131,6 +156,23 @@ absl::StatusOr<Levelling> LevelFirstScan(const sensor::Scan& scan) {
         sensor::Degrees(result.tilt));
   }
   return result;
+}
+
+std::string TiltInDoubt(const sensor::Scan& scan) {
+  if (scan.prior.has_value() && StatesTilt(*scan.prior)) return "";
+  const absl::StatusOr<Levelling> level = LevelFirstScan(scan);
+  if (!level.ok() || level->from_inclinometer) return "";
+  if (level->maybe_on_side) {
+    return "by what it saw the scanner may have lain on its side: scan from an upright scanner, or "
+           "send this scan with a levelled pose prior";
+  }
+  if (!level->found_floor) {
+    return absl::StrFormat(
+        "no floor within %.3g degrees of level was seen: if the scanner was tilted farther, scan "
+        "from an upright scanner, or send this scan with a levelled pose prior",
+        sensor::Degrees(kMaxTilt));
+  }
+  return "";
 }
 
 }  // namespace vantage::registration

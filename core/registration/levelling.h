@@ -20,11 +20,19 @@ struct Levelling {
   double tilt = 0;  // rad, that was taken out
   bool from_inclinometer = false;
   bool found_floor = false;
+  // Neither inclinometer nor prior says how the scanner stood, and what was seen fits a scanner on
+  // its side better (FindSidewaysFloor()). It is taken to have stood upright all the same.
+  bool maybe_on_side = false;
   // What was assumed of the tilt, and what to do if that is wrong; empty where inclinometer or
   // floor told it and the scanner stood upright.
   std::string message;
 };
 absl::StatusOr<Levelling> LevelFirstScan(const sensor::Scan& scan);
+
+// Of any scan that did not register: that this may be since the scanner was on its side or tilted
+// farther than its floor tells, and what to do then. Empty where it stood upright by what it saw,
+// or where its inclinometer or a trusted prior says how it stood.
+std::string TiltInDoubt(const sensor::Scan& scan);
 
 }  // namespace vantage::registration
 

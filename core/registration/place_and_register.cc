@@ -6,8 +6,10 @@
 #include <utility>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/registration/global_registration.h"
+#include "core/registration/levelling.h"
 #include "core/registration/registration.h"
 #include "core/sensor/pose_prior.h"
 #include "core/sensor/scanner_model.h"
@@ -85,14 +87,11 @@ std::optional<RegistrationResult> FoundElsewhere(const model::PlanningView& mode
   return *std::move(found);
 }
 
-}  // namespace
-
-absl::StatusOr<RegistrationResult> PlaceAndRegister(const model::PlanningView& model,
-                                                    const sensor::Scan& scan,
-                                                    const Eigen::Isometry3d& last_pose,
-                                                    std::span<const TargetTie> targets,
-                                                    const RegistrationConfig& config,
-                                                    parallel::Parallel& parallel) {
+absl::StatusOr<RegistrationResult> Place(const model::PlanningView& model, const sensor::Scan& scan,
+                                         const Eigen::Isometry3d& last_pose,
+                                         std::span<const TargetTie> targets,
+                                         const RegistrationConfig& config,
+                                         parallel::Parallel& parallel) {
   if (scan.prior.has_value()) {
     auto as_given = RegisterWithTargets(model, scan, *scan.prior, targets, config, parallel);
     // Targets say more than the shape of a room.
@@ -111,6 +110,24 @@ absl::StatusOr<RegistrationResult> PlaceAndRegister(const model::PlanningView& m
     start.T_world_scan = found->T_world_scan;
   }
   return RegisterWithTargets(model, scan, start, targets, config, parallel);
+}
+
+}  // namespace
+
+absl::StatusOr<RegistrationResult> PlaceAndRegister(const model::PlanningView& model,
+                                                    const sensor::Scan& scan,
+                                                    const Eigen::Isometry3d& last_pose,
+                                                    std::span<const TargetTie> targets,
+                                                    const RegistrationConfig& config,
+                                                    parallel::Parallel& parallel) {
+  auto placed = Place(model, scan, last_pose, targets, config, parallel);
+  if (!placed.ok() || placed->verdict.registered()) return placed;
+  // Places are looked for upright alone: this may be why.
+  std::string& remedy = placed->verdict.remedy;
+  if (const std::string tilt = TiltInDoubt(scan); !tilt.empty()) {
+    remedy = remedy.empty() ? tilt : absl::StrCat(remedy, "; ", tilt);
+  }
+  return placed;
 }
 
 }  // namespace vantage::registration

@@ -203,6 +203,25 @@ bool MeshFloor::Carries(const Vector3d& view, double height_over_floor) const {
   return floor.has_value() && std::abs(view.z() - *floor - height_over_floor) <= kStep;
 }
 
+bool MeshFloor::CarriesTripod(const Vector3d& view, double away) const {
+  constexpr int kTurns = 8;  // within the third of a turn after which the feet are the same
+  constexpr double kThird = 2 * sensor::kPi / 3;
+  const std::optional<double> middle = Below(view);
+  if (!middle.has_value()) return false;
+  for (int turn = 0; turn < kTurns; ++turn) {
+    bool carried = true;
+    for (int foot = 0; carried && foot < 3; ++foot) {
+      const double angle = kThird * (foot + static_cast<double>(turn) / kTurns);
+      // From a step over the floor: what is over that is beside the leg, not below the foot.
+      const std::optional<double> floor = Below(
+          {view.x() + away * std::cos(angle), view.y() + away * std::sin(angle), *middle + kStep});
+      carried = floor.has_value() && std::abs(*floor - *middle) <= kStep;
+    }
+    if (carried) return true;
+  }
+  return false;
+}
+
 std::shared_ptr<const model::PlanningView> ScanFromStarts(const simulation::Scene& scene,
                                                           const sensor::ScannerModel& scanner,
                                                           parallel::Parallel& parallel) {

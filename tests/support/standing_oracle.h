@@ -46,6 +46,9 @@ class MeshFloor {
   std::optional<double> Below(const Eigen::Vector3d& place) const;
   // False where a view that states its height over the floor (m) stands in the air.
   bool Carries(const Eigen::Vector3d& view, double height_over_floor) const;
+  // Whether a tripod can be turned so that each of its three feet, `away` m from its middle, stands
+  // within a step of the floor below that.
+  bool CarriesTripod(const Eigen::Vector3d& view, double away) const;
 
  private:
   simulation::Tracer tracer_;

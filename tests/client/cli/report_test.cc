@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <string>
 
 namespace vantage::cli {
 namespace {
@@ -22,6 +23,32 @@ TEST(Report, WhereNoFloorIsKnownBelowThereIsNoHeightOverIt) {
   EXPECT_THAT(report, HasSubstr("station    no floor is known below, clearance 50.0 cm"));
   view.set_height_over_floor_m(1.45);
   EXPECT_THAT(PlanReport(plan), HasSubstr("station    1.45 m over the floor"));
+}
+
+TEST(Report, RoomsThatWereNotEnteredAreCounted) {
+  v1::Coverage coverage;
+  EXPECT_THAT(CoverageReport(coverage), Not(HasSubstr("entered")));  // nobody looked
+  coverage.set_rooms_not_entered_count(0);
+  EXPECT_THAT(CoverageReport(coverage),
+              HasSubstr("no doorway to a room that was not entered is known"));
+  coverage.set_rooms_not_entered_count(1);
+  EXPECT_THAT(CoverageReport(coverage), HasSubstr("at least 1 room not entered:"));
+  coverage.set_rooms_not_entered_count(2);
+  EXPECT_THAT(CoverageReport(coverage), HasSubstr("at least 2 rooms not entered:"));
+}
+
+// Nothing known to be attainable is not the same as nothing attained.
+TEST(Report, ACoverageThatIsNotKnownIsNoFigure) {
+  v1::Coverage coverage;
+  coverage.add_regions()->set_name("hall");
+  coverage.set_pending_station_count(1);
+  const std::string report = CoverageReport(coverage);
+  EXPECT_THAT(report, HasSubstr("coverage - (estimated)"));
+  EXPECT_THAT(report, HasSubstr("region hall: -, "));
+  EXPECT_THAT(report, HasSubstr("to -\n"));
+  EXPECT_THAT(report, Not(HasSubstr("%")));
+  coverage.set_estimated_coverage(0);
+  EXPECT_THAT(CoverageReport(coverage), HasSubstr("coverage 0.0 % (estimated)"));
 }
 
 }  // namespace

@@ -62,31 +62,58 @@ TEST(LevelTest, NoFloorNoRotation) {
   EXPECT_NE(level->message.find("is taken to have stood upright"), std::string::npos);
 }
 
-// Upright as far as a floor is looked for: nothing to say. Beyond, and on its side, it is said.
+// Upright as far as a floor is looked for: nothing to say. Beyond, and on its side, it is said,
+// whichever way it lies.
 TEST(LevelTest, WhatIsAssumedOfTheTiltIsSaid) {
   for (const double pitch : {0.0, 9.0, 40.0, 90.0}) {
-    for (const bool inclinometer : {false, true}) {
-      const Eigen::Isometry3d pose = PoseAt({0.2, 0.1, 1.3}, 0.7, sensor::Radians(pitch), 0);
-      sensor::Scan scan = ScanScene(FurnishedRoom(6), pose, {}, 17);
-      if (inclinometer) {
-        scan.prior.emplace();
-        scan.prior->T_world_scan = pose;
-        scan.prior->levelled_sigma = sensor::Radians(0.01);
-      }
-      const auto level = LevelFirstScan(scan);
-      ASSERT_TRUE(level.ok()) << level.status();
-      if (pitch < 15) {
-        EXPECT_EQ(level->message, "") << pitch;
-      } else if (inclinometer) {
-        EXPECT_NE(level->message.find("tilted by"), std::string::npos) << pitch;
-      } else if (!level->found_floor) {
-        EXPECT_NE(level->message.find("no floor within 15 degrees"), std::string::npos) << pitch;
-      } else {
-        // On its side a wall looks like a floor: nothing but an inclinometer can tell.
-        EXPECT_EQ(pitch, 90.0);
+    for (const double heading : {0.0, 0.7, 0.5 * sensor::kPi, sensor::kPi, 1.5 * sensor::kPi}) {
+      SCOPED_TRACE(testing::Message() << pitch << " degrees, heading " << heading);
+      for (const bool inclinometer : {false, true}) {
+        const Eigen::Isometry3d pose = PoseAt({0.9, -0.6, 1.3}, heading, sensor::Radians(pitch));
+        sensor::Scan scan = ScanScene(FurnishedRoom(6), pose, {}, 17);
+        if (inclinometer) {
+          scan.prior.emplace();
+          scan.prior->T_world_scan = pose;
+          scan.prior->levelled_sigma = sensor::Radians(0.01);
+        }
+        const auto level = LevelFirstScan(scan);
+        ASSERT_TRUE(level.ok()) << level.status();
+        if (pitch < 15) {
+          EXPECT_EQ(level->message, "");
+        } else if (inclinometer) {
+          EXPECT_THAT(level->message, HasSubstr("tilted by"));
+        } else if (!level->found_floor) {
+          EXPECT_THAT(level->message, HasSubstr("no floor within 15 degrees"));
+        } else {
+          EXPECT_THAT(level->message, HasSubstr("on its side"));
+        }
       }
     }
   }
+}
+
+// On its side, a wall at the height of a tripod is no better a floor than what is one.
+TEST(LevelTest, AWallAsNearAsAFloorIsSaid) {
+  const Eigen::Isometry3d pose = PoseAt({0.9, 0.6, 1.3}, 0, 0, sensor::Radians(90));
+  sensor::Scan scan = ScanScene(BareRoom(), pose, {}, 17);
+  const auto level = LevelFirstScan(scan);
+  ASSERT_TRUE(level.ok()) << level.status();
+  EXPECT_TRUE(level->found_floor);
+  EXPECT_TRUE(level->maybe_on_side);
+  EXPECT_THAT(level->message, HasSubstr("1.9 m below the scanner, may be a wall"));
+  EXPECT_THAT(level->message, HasSubstr("from an upright scanner"));
+  EXPECT_THAT(TiltInDoubt(scan), HasSubstr("on its side"));
+
+  // A place without a tilt states nothing of it; a tilt does.
+  scan.prior.emplace();
+  scan.prior->T_world_scan = PoseAt({0.9, 0.6, 1.3}, 0);
+  EXPECT_TRUE(LevelFirstScan(scan)->maybe_on_side);
+  scan.prior->T_world_scan = pose;
+  const auto stated = LevelFirstScan(scan);
+  ASSERT_TRUE(stated.ok()) << stated.status();
+  EXPECT_FALSE(stated->maybe_on_side);
+  EXPECT_THAT(stated->message, HasSubstr("tilted by 90 degrees"));
+  EXPECT_EQ(TiltInDoubt(scan), "");
 }
 
 // On its side a wall looks like a floor, but for its distance: said where that is no tripod's.

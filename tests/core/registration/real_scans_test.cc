@@ -97,6 +97,7 @@ TEST_F(RealScans, AreLevelledByTheirFloor) {
     ASSERT_TRUE(level.ok()) << level.status();
     EXPECT_TRUE(level->found_floor);
     EXPECT_NEAR(sensor::Degrees(level->tilt), kTilt[i], 0.3);
+    EXPECT_EQ(level->message, "");
   }
 }
 

@@ -204,5 +204,23 @@ TEST_F(FleetRpc, NobodysClaimIsNotFound) {
   EXPECT_EQ(Release(session_ + "/claims/claim-1").error_code(), grpc::StatusCode::NOT_FOUND);
 }
 
+TEST_F(FleetRpc, WhatIsWrongWithAStationIsNamed) {
+  v1::CreateStationRequest request;
+  request.set_parent(session_);
+  const auto violated = [&] {
+    grpc::ClientContext context;
+    v1::CreateStationResponse response;
+    return fixture::ViolatedFields(server_.fleet->CreateStation(&context, request, &response));
+  };
+  v1::Station& station = *request.mutable_station();
+  station.set_heading_rad(std::nan(""));
+  EXPECT_THAT(violated(), testing::UnorderedElementsAre("station.position", "station.heading_rad"));
+  station.mutable_position()->set_x(std::nan(""));
+  station.set_heading_rad(0.5);
+  EXPECT_THAT(violated(), testing::UnorderedElementsAre("station.position.x"));
+  station.mutable_position()->set_x(1);
+  EXPECT_THAT(violated(), testing::IsEmpty());
+}
+
 }  // namespace
 }  // namespace vantage::rpc

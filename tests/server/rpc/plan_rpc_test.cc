@@ -350,6 +350,35 @@ TEST_F(PlanRpc, AWhatIfTakesAHeading) {
               testing::UnorderedElementsAre("heading_rad"));
 }
 
+// Of a scanner that sees a sector: views are upright.
+TEST_F(PlanRpc, AWhatIfRefusesAnOrientationThatTiltsTheScanner) {
+  v1::UpdateSessionRequest sector;
+  sector.mutable_session()->set_name(session_);
+  sector.mutable_session()->add_scanner_models()->set_azimuth_span_rad(2);
+  sector.mutable_update_mask()->add_paths("scanner_models");
+  v1::UpdateSessionResponse updated;
+  grpc::ClientContext update;
+  ASSERT_TRUE(server_.sessions->UpdateSession(&update, sector, &updated).ok());
+
+  v1::EvaluateViewRequest request;
+  request.set_parent(session_);
+  request.mutable_position()->set_x(0.25);
+  const auto asked = [&](double w, double x, double z) {
+    request.mutable_orientation()->set_w(w);
+    request.mutable_orientation()->set_x(x);
+    request.mutable_orientation()->set_z(z);
+    v1::EvaluateViewResponse response;
+    grpc::ClientContext context;
+    return server_.plans->EvaluateView(&context, request, &response);
+  };
+  const grpc::Status side = asked(std::sqrt(0.5), std::sqrt(0.5), 0);
+  EXPECT_THAT(fixture::ViolatedFields(side), testing::UnorderedElementsAre("orientation"));
+  EXPECT_THAT(side.error_message(), testing::HasSubstr("tilts the scanner by 90 degrees"));
+  EXPECT_THAT(fixture::ViolatedFields(asked(std::nan(""), 0, 0)),
+              testing::UnorderedElementsAre("orientation"));
+  EXPECT_TRUE(asked(std::sqrt(0.5), 0, std::sqrt(0.5)).ok());
+}
+
 TEST_F(PlanRpc, ASettingIsOfAPreset) {
   const auto violated = [&](const char* setting, bool choose) {
     grpc::ClientContext context;

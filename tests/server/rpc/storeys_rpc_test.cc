@@ -23,6 +23,7 @@ namespace vantage::rpc {
 namespace {
 
 constexpr double kSameFloor = 0.1;  // m; what is measured of a floor lies this near to it
+constexpr double kFootAway = 0.25;  // m, of a tripod's feet from its middle
 constexpr double kSunken = 0.5;     // m; floor this little below a storey belongs to it
 
 // The heights of a scene's storeys, m, as its builder made them, from the lowest up: where most of
@@ -171,8 +172,9 @@ class StoreysRpc : public testing::Test {
   }
   void Judge(const v1::RankedView& view) {
     SCOPED_TRACE(view.position().ShortDebugString());
-    EXPECT_TRUE(test_support::MeshFloor(scene_).Carries(PlaceOf(view), view.height_over_floor_m()))
-        << "in the air";
+    const test_support::MeshFloor mesh(scene_);
+    EXPECT_TRUE(mesh.Carries(PlaceOf(view), view.height_over_floor_m())) << "in the air";
+    EXPECT_TRUE(mesh.CarriesTripod(PlaceOf(view), kFootAway)) << "a foot in the air";
     ASSERT_TRUE(view.has_storey());
     EXPECT_TRUE(view.has_floor_measured());
     ASSERT_EQ(view.storey().has_floor_z_m(), !storeyed_.storeys.empty());
