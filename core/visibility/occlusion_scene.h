@@ -1,4 +1,4 @@
-// Stops rays at the faces between empty and non-empty voxels, traced by Embree (algorithm.md
+// Stops rays at the first voxel that is not known to be empty, traced by Embree (algorithm.md
 // section 5, 'Visibility').
 #ifndef VANTAGE_CORE_VISIBILITY_OCCLUSION_SCENE_H_
 #define VANTAGE_CORE_VISIBILITY_OCCLUSION_SCENE_H_
@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
+#include <optional>
 
 #include "absl/status/statusor.h"
 #include "core/parallel/cancellation.h"
@@ -24,19 +25,33 @@ struct alignas(32) TargetPacket {
 // The instructions that rays are traced with.
 enum class RayInstructions { kBest, kSse42, kAvx2 };
 
+// What the scene is made of. Only rays that run along an edge are told otherwise by one than by the
+// other.
+enum class ScenePrimitives {
+  kFaces,   // rectangles of faces between empty and opaque voxels: rays are quick
+  kBricks,  // bricks, walked through voxel by voxel: quick to build, and small
+};
+
+struct SceneOptions {
+  RayInstructions instructions = RayInstructions::kBest;
+  std::optional<ScenePrimitives> primitives;  // nothing: OcclusionScene::PrimitivesOf()
+};
+
 // The origin of scene coordinates, in voxels, model frame.
 inline Eigen::Vector3d SceneCorner(const OpaqueGrid& grid) { return grid.box().min.cast<double>(); }
 
 // Scene coordinates are voxels counted from `grid`'s corner: faces lie on whole numbers, which
 // floats hold exactly. Outside the grid everything is opaque, so rays between empty voxels never
-// leave it. Const methods may be called from any thread; Embree starts none of its own.
+// leave it. Const methods may be called from any thread; Embree starts none of its own. The model
+// of the grid outlives the scene.
 class OcclusionScene {
  public:
   // CANCELLED when that was requested on the way.
-  static absl::StatusOr<OcclusionScene> Create(
-      const OpaqueGrid& grid, parallel::Parallel& parallel,
-      const parallel::Cancellation& cancelled = {},
-      RayInstructions instructions = RayInstructions::kBest);
+  static absl::StatusOr<OcclusionScene> Create(const OpaqueGrid& grid, parallel::Parallel& parallel,
+                                               const parallel::Cancellation& cancelled = {},
+                                               const SceneOptions& options = {});
+  // By the model's size alone, so that every scene of a model gives the same answers.
+  static ScenePrimitives PrimitivesOf(const model::PlanningView& model);
   ~OcclusionScene();
   OcclusionScene(OcclusionScene&&) noexcept;
   OcclusionScene& operator=(OcclusionScene&&) noexcept;
@@ -50,14 +65,14 @@ class OcclusionScene {
   uint32_t Occluded(const Eigen::Vector3f& origin, const TargetPacket& targets,
                     uint32_t valid) const;
 
-  size_t faces() const { return faces_; }
+  size_t primitives() const { return primitives_; }
 
  private:
   struct Tracer;
-  OcclusionScene(const OpaqueGrid& grid, std::unique_ptr<Tracer> tracer, size_t faces);
+  OcclusionScene(const OpaqueGrid& grid, std::unique_ptr<Tracer> tracer, size_t primitives);
 
   Eigen::Vector3d corner_;
-  size_t faces_ = 0;
+  size_t primitives_ = 0;
   std::unique_ptr<Tracer> tracer_;
 };
 

@@ -137,4 +137,12 @@ void OpaqueGrid::Rows(int layer, int first_y, int end_y, int first_page_x, size_
   }
 }
 
+size_t MixedBricks(const model::PlanningView& model) {
+  size_t mixed = 0;
+  for (const std::shared_ptr<const model::BrickPage>& page : model.page_list()) {
+    mixed += static_cast<size_t>((page->with_opaque() & page->with_empty()).Count());
+  }
+  return mixed;
+}
+
 }  // namespace vantage::visibility

@@ -86,6 +86,7 @@ class OpaqueGrid {
     return table_ == nullptr ? AllEmptyByBricks(low, high) : table_->Count(low, high) == 0;
   }
 
+  const model::PlanningView& model() const { return *model_; }
   // The model's bounds grown by one voxel.
   const model::VoxelBox& box() const { return box_; }
 
@@ -109,6 +110,9 @@ class OpaqueGrid {
   std::shared_ptr<const model::BrickPage> unknown_;
   std::shared_ptr<const SummedVolumeTable> table_;  // null: boxes are answered for by bricks
 };
+
+// Bricks with both empty and opaque voxels: what a model's surface lies in.
+size_t MixedBricks(const model::PlanningView& model);
 
 }  // namespace vantage::visibility
 

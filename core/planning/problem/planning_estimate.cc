@@ -9,6 +9,7 @@
 #include "core/planning/patches/patches.h"
 #include "core/planning/scoring/patch_tree.h"
 #include "core/sensor/scanner_model.h"
+#include "core/visibility/occlusion_scene.h"
 #include "core/visibility/opaque_grid.h"
 
 namespace vantage::planning {
@@ -47,6 +48,9 @@ constexpr double kEvaluatedCell =
 // Per surface voxel: its share of the faces between it and what is empty, merged, a quarter of a
 // face, with Embree's boxes.
 constexpr double kFaces = 42;
+// Per brick that holds both empty space and surface, where these are what rays meet: itself and
+// half as many of unknown space beside empty, with Embree's boxes.
+constexpr double kBricks = 200;
 // Whatever the size.
 constexpr double kAnyPlan = 4 << 20;
 
@@ -56,9 +60,10 @@ PlanningSize::PlanningSize(const model::PlanningView& model, const PlanningConfi
   if (model.bounds().empty()) return;
   constexpr float kUp = 0.8F;  // cosine: floor is within 30 degrees of level, and beside walls
   double level = 0;
+  double voxels_of_surface = 0;
   model.ForEachSurface(
       [&](const model::VoxelIndex& v, model::VoxelState state, const model::SurfaceVoxel& surface) {
-        ++surface_;
+        ++voxels_of_surface;
         const bool measured = state == model::VoxelState::kTrueSurface;
         level += measured && surface.normal.z() > kUp ? 1 : 0;
         if (!Lacking(config, model, v, surface).has_value()) return;
@@ -85,6 +90,10 @@ PlanningSize::PlanningSize(const model::PlanningView& model, const PlanningConfi
                             (voxels_per_cell * model.voxel_size()) +
                         1;
   viewcells_ = floor_ / (voxels_per_cell * voxels_per_cell) * layers;
+  using visibility::OcclusionScene;
+  const bool by_faces = OcclusionScene::PrimitivesOf(model) == visibility::ScenePrimitives::kFaces;
+  scene_ = by_faces ? voxels_of_surface * kFaces
+                    : static_cast<double>(visibility::MixedBricks(model)) * kBricks;
   const model::VoxelBox box = visibility::OpaqueGrid(model).box();
   // Pose sensitivity and the hierarchy have a table each.
   tables_ = (config.pose_sensitivity ? 2.0 : 1.0) *
@@ -95,7 +104,7 @@ void PlanningSize::Add(const PlanningSize& other) {
   columns_ += other.columns_;
   floor_ += other.floor_;
   viewcells_ += other.viewcells_;
-  surface_ += other.surface_;
+  scene_ += other.scene_;
   deficient_ += other.deficient_;
   measured_ += other.measured_;
   cubes_ += other.cubes_;
@@ -105,9 +114,9 @@ void PlanningSize::Add(const PlanningSize& other) {
 uint64_t PlanningSize::Bytes(double views) const {
   const double kept = columns_ * kColumn + floor_ * kFloor + viewcells_ * kViewcell;
   const double finding = floor_ * (kFindingFloor - kFloor);
-  const double planning =
-      views * kView + deficient_ * (kCell + kPatchShare + kScorerCell + kEvaluatedCell) +
-      cubes_ * kCubeCell + measured_ * kMeasuredCell + surface_ * kFaces + tables_;
+  const double planning = views * kView +
+                          deficient_ * (kCell + kPatchShare + kScorerCell + kEvaluatedCell) +
+                          cubes_ * kCubeCell + measured_ * kMeasuredCell + scene_ + tables_;
   return static_cast<uint64_t>(kAnyPlan + kept + std::max(finding, planning));
 }
 

@@ -33,10 +33,10 @@ class PlanningSize {
   double columns_ = 0;    // of voxels, in the plan of the model's box
   double floor_ = 0;      // voxels, at most
   double viewcells_ = 0;  // at an allowed height, at most
-  double surface_ = 0;    // voxels
   double deficient_ = 0;  // cells that stand for them where they are deficient
   double measured_ = 0;   // of these
   double cubes_ = 0;      // deficient_, where they stand for more than a voxel
+  double scene_ = 0;      // bytes, of what rays meet
   double tables_ = 0;     // bytes, of summed volumes
 };
 
