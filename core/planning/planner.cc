@@ -189,7 +189,8 @@ Plan MakePlan(const PlanningProblem& problem, const parallel::Budget& budget,
   const ViewReport report(problem, parallel);
   const parallel::Budget evaluating =
       EvaluationShare(budget, AnswerSeconds(problem, parallel.width()));
-  InterimPlans interim(problem, report, plan, evaluating, parallel);
+  KnownVerdicts known;
+  InterimPlans interim(problem, report, plan, evaluating, parallel, known);
   GainSearch search(problem, problem.scoring().cells(), report.gains(),
                     report.most_gain_per_sample());
   const Evaluation evaluation = EvaluateAtLeast(
@@ -213,8 +214,8 @@ Plan MakePlan(const PlanningProblem& problem, const parallel::Budget& budget,
 
   // F. Check registration.
   const parallel::Budget share = CheckShare(budget, plan.rays);
-  const RegistrationCheck check =
-      CheckUntilOneRegisters(problem, evaluation, ranked, wanted, share, Overrun(share), parallel);
+  const RegistrationCheck check = CheckUntilOneRegisters(problem, evaluation, ranked, wanted, share,
+                                                         Overrun(share), parallel, known);
   plan.rays += check.rays;
   const InstrumentLimit limit = FindInstrumentLimit(problem, check, budget.Concluding());
   plan.attainable_accuracy = limit.attainable;

@@ -47,7 +47,7 @@ absl::Status ValidateRegistration(const model::PlanningView& model, const sensor
   if (absl::Status status = scan.scanner.Validate(); !status.ok()) return status;
   if (absl::Status status = scan.image.Validate(); !status.ok()) return status;
   if (absl::Status status = ValidatePrior(prior); !status.ok()) return status;
-  for (const model::BrickAt& at : model.bricks()) {
+  for (const model::BrickAt& at : model.surface_bricks()) {
     if (at.contents->surface.empty()) continue;
     for (const model::VoxelState state : at.contents->state) {
       if (state == model::VoxelState::kTrueSurface) return absl::OkStatus();

@@ -17,6 +17,17 @@ constexpr float kSide = model::Brick::kSide;
 // ten-thousandth.
 constexpr float kTouch = 1e-4F;
 
+// Whether any voxel of first <= v <= last is opaque.
+bool AnyOpaque(const model::BrickMask& opaque, const int (&first)[3], const int (&last)[3]) {
+  const auto bits = [](int from, int to) { return (0xffu >> (7 - to)) & (0xffu << from); };
+  constexpr uint64_t kRows = 0x0101010101010101;
+  const uint64_t rows = kRows << (8 * first[1]) & kRows >> (8 * (7 - last[1]));
+  const uint64_t wanted = rows * bits(first[0], last[0]);
+  uint64_t met = 0;
+  for (int z = first[2]; z <= last[2]; ++z) met |= opaque.word[static_cast<size_t>(z)];
+  return (met & wanted) != 0;
+}
+
 // Whether the segment from `origin` (voxels from the brick's corner) over `direction` touches one
 // of the voxels, or, with none given, the brick: Amanatides and Woo's walk (1987), which looks to
 // both sides where it passes an edge. Plain numbers: they stay in registers.
@@ -39,6 +50,19 @@ bool Touches(const model::BrickMask* opaque, const float (&origin)[3],
   }
   if (enters > leaves) return false;
   if (opaque == nullptr) return true;
+  int first[3];
+  int last[3];
+  for (int a = 0; a < 3; ++a) {
+    const float in = origin[a] + enters * direction[a];
+    const float out = origin[a] + leaves * direction[a];
+    const auto clamped = [](float at) {
+      return static_cast<int>(std::clamp(at, 0.0F, kSide - kTouch));
+    };
+    first[a] = clamped(std::min(in, out) - kTouch);
+    last[a] = clamped(std::max(in, out) + kTouch);
+  }
+  // Most rays pass a brick where nothing is.
+  if (!AnyOpaque(*opaque, first, last)) return false;
   const auto is_opaque = [&](int x, int y, int z) {
     return (opaque->word[static_cast<size_t>(z)] >> (x + 8 * y) & 1) != 0;
   };
@@ -50,8 +74,7 @@ bool Touches(const model::BrickMask* opaque, const float (&origin)[3],
     const bool up = direction[a] > 0;
     step[a] = up ? 1 : -1;
     // At a face: in the voxel before it, so that the one behind is met at once.
-    const float at = origin[a] + enters * direction[a] + (up ? -kTouch : kTouch);
-    voxel[a] = std::clamp(static_cast<int>(std::floor(at)), 0, model::Brick::kSide - 1);
+    voxel[a] = up ? first[a] : last[a];
     const auto face = static_cast<float>(voxel[a] + (up ? 1 : 0));
     next[a] = direction[a] == 0 ? inverse[a] : (face - origin[a]) * inverse[a];
     inverse[a] = std::abs(inverse[a]);

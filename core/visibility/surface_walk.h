@@ -19,7 +19,7 @@ template <typename Fn>
 bool WalkSurface(const model::PlanningView& model, const parallel::Cancellation& cancelled,
                  Fn&& fn) {
   size_t until_poll = 0;
-  for (const model::BrickAt& at : model.bricks()) {
+  for (const model::BrickAt& at : model.surface_bricks()) {
     if (until_poll-- == 0) {
       if (cancelled.Requested()) return false;
       until_poll = kBricksBetweenPolls;

@@ -113,17 +113,22 @@ BrickPage::BrickPage(const BrickPage* before, const VoxelIndex& at,
   all_opaque_ = !with_empty_.Any();
 }
 
-BrickRange::Iterator::Iterator(std::span<const std::shared_ptr<const BrickPage>> pages)
-    : pages_(pages) {
+BrickRange::Iterator::Iterator(std::span<const std::shared_ptr<const BrickPage>> pages, Of of)
+    : pages_(pages), of_(of) {
   if (pages_.empty()) return;
   layer_end_ = EndOfLayer(0);
   strip_end_ = EndOfStrip(0);
-  left_ = pages_[0]->HeldInRow(0, 0);
+  left_ = InRow();
   if (left_ == 0) {
     NextRow();
   } else {
     Load();
   }
+}
+
+uint32_t BrickRange::Iterator::InRow() const {
+  const BrickPage& page = *pages_[page_];
+  return of_ == Of::kKnown ? page.HeldInRow(y_, z_) : page.PartlyKnownInRow(y_, z_);
 }
 
 void BrickRange::Iterator::Load() {
@@ -170,7 +175,7 @@ void BrickRange::Iterator::NextRow() {
       }
       page_ = strip_;
     }
-    left_ = pages_[page_]->HeldInRow(y_, z_);
+    left_ = InRow();
   } while (left_ == 0);
   Load();
 }

@@ -68,8 +68,16 @@ class BrickPage {
     return static_cast<uint32_t>(held_.word[static_cast<size_t>(z)] >> (kSide * y)) & 0xff;
   }
 
+  // Bit x: the brick is neither wholly unknown nor wholly empty. All surface lies in such bricks.
+  uint32_t PartlyKnownInRow(int y, int z) const {
+    return HeldInRow(y, z) &
+           static_cast<uint32_t>(with_opaque_.word[static_cast<size_t>(z)] >> (kSide * y));
+  }
+
   VoxelIndex coordinates() const { return Of(first_); }
   size_t size() const { return size_; }  // bricks that are not wholly unknown
+  // Of these the ones that are not wholly empty.
+  size_t partly_known() const { return static_cast<size_t>((held_ & with_opaque_).Count()); }
   size_t surface_count() const { return surface_count_; }
   // The smallest box of bricks that holds all of them, both corners included.
   const VoxelIndex& first() const { return first_; }
@@ -100,6 +108,8 @@ using PageList = std::vector<std::shared_ptr<const BrickPage>>;
 // The bricks of a list of pages by z, y, x, across pages.
 class BrickRange {
  public:
+  // Those that are not wholly unknown, or of these only those that are not wholly empty, either.
+  enum class Of { kKnown, kPartlyKnown };
   class Iterator {
    public:
     using iterator_category = std::input_iterator_tag;
@@ -109,7 +119,7 @@ class BrickRange {
     using reference = const BrickAt&;
 
     Iterator() = default;
-    explicit Iterator(std::span<const std::shared_ptr<const BrickPage>> pages);
+    Iterator(std::span<const std::shared_ptr<const BrickPage>> pages, Of of);
 
     // Valid until the iterator moves.
     const BrickAt& operator*() const { return at_; }
@@ -135,6 +145,7 @@ class BrickRange {
 
    private:
     friend class BrickRange;
+    uint32_t InRow() const;
     // To the next row that has bricks, or the end.
     void NextRow();
     // The brick at the lowest bit that is left.
@@ -146,6 +157,7 @@ class BrickRange {
     // A layer is the pages of one z, a strip those of one z and y. Rows go through a strip's pages,
     // then on by y, then on to the next strip, and only after the layer on by z.
     std::span<const std::shared_ptr<const BrickPage>> pages_;
+    Of of_ = Of::kKnown;
     size_t layer_ = 0;
     size_t layer_end_ = 0;
     size_t strip_ = 0;
@@ -159,11 +171,12 @@ class BrickRange {
   using const_iterator = Iterator;
   using value_type = BrickAt;
 
-  // The pages are kept: they outlive this.
-  BrickRange(std::span<const std::shared_ptr<const BrickPage>> pages, size_t size)
-      : pages_(pages), size_(size) {}
+  // The pages are kept: they outlive this. `size`: of all of them.
+  BrickRange(std::span<const std::shared_ptr<const BrickPage>> pages, size_t size,
+             Of of = Of::kKnown)
+      : pages_(pages), size_(size), of_(of) {}
 
-  Iterator begin() const { return Iterator(pages_); }
+  Iterator begin() const { return {pages_, of_}; }
   static Iterator end() { return {}; }
   size_t size() const { return size_; }
   bool empty() const { return size_ == 0; }
@@ -174,6 +187,7 @@ class BrickRange {
  private:
   std::span<const std::shared_ptr<const BrickPage>> pages_;
   size_t size_;
+  Of of_;
 };
 
 // `before` with changes (by z, y, x, each brick once). Pages without any are shared; `copied` is

@@ -37,6 +37,7 @@ void PlanningView::Index() {
     first = first.cwiseMin(page->first());
     last = last.cwiseMax(page->last());
     brick_count_ += page->size();
+    surface_brick_count_ += page->partly_known();
     surface_count_ += page->surface_count();
   }
   bounds_ = {first * Brick::kSide, (last + VoxelIndex::Ones()) * Brick::kSide};

@@ -92,7 +92,7 @@ class PlanningView {
   // the same order (bricks by z, y, x; voxels within a brick likewise).
   template <typename Fn>
   void ForEachSurface(Fn&& fn) const {
-    for (const BrickAt& at : bricks()) ForEachSurfaceOf(at, fn);
+    for (const BrickAt& at : surface_bricks()) ForEachSurfaceOf(at, fn);
   }
   // The same, of one brick.
   template <typename Fn>
@@ -110,6 +110,11 @@ class PlanningView {
 
   // The bricks that are not wholly unknown, in that same order.
   BrickRange bricks() const { return {pages_, brick_count_}; }
+
+  // Of these the ones that surface may lie in, in that same order: of a hall hardly any.
+  BrickRange surface_bricks() const {
+    return {pages_, surface_brick_count_, BrickRange::Of::kPartlyKnown};
+  }
 
   // The number of pages of 8 x 8 x 8 bricks, and of those among them that were made for this
   // version; all others are shared with the version before.
@@ -144,6 +149,7 @@ class PlanningView {
   VoxelBox bounds_;
   PageTable table_;
   size_t brick_count_ = 0;
+  size_t surface_brick_count_ = 0;
   size_t surface_count_ = 0;
 };
 

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "core/planning/ranking/rank_views.h"
-#include "core/planning/ranking/registration_check.h"
 
 namespace vantage::planning {
 namespace {
@@ -28,7 +27,7 @@ void InterimPlans::CheckBest(const Evaluation& so_far) {
   if (leading.empty() || leading.front() == first_) return;
   const parallel::Budget part = budget_.Part(kShare, 0);
   const RegistrationCheck check =
-      CheckRegistration(problem_, problem_.overlap(), so_far, leading, 1, part, parallel_);
+      CheckRegistration(problem_, problem_.overlap(), so_far, leading, 1, part, parallel_, &known_);
   for (const CheckedView& view : check.refused) refused_.push_back(view.view);
   if (check.registrable.empty()) return;
   const CheckedView& best = check.registrable.front();

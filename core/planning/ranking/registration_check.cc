@@ -19,7 +19,8 @@ class Checking {
  public:
   Checking(const PlanningProblem& problem, const OverlapSurface& surface,
            const Evaluation& evaluation, const parallel::Budget& budget,
-           const parallel::Budget& until_one, parallel::Parallel& parallel, bool first_anyway)
+           const parallel::Budget& until_one, parallel::Parallel& parallel, bool first_anyway,
+           KnownVerdicts* known)
       : surface_(surface),
         scoring_(problem.scoring()),
         scene_(problem.scene()),
@@ -30,7 +31,8 @@ class Checking {
         budget_(budget),
         until_one_(until_one),
         parallel_(parallel),
-        first_anyway_(first_anyway) {}
+        first_anyway_(first_anyway),
+        known_(known) {}
 
   RegistrationCheck Run(std::span<const uint32_t> candidates, size_t wanted) {
     const size_t best = std::min(candidates.size(), kBestFirst);
@@ -69,12 +71,16 @@ class Checking {
         std::min(static_cast<size_t>(std::clamp<uint64_t>(affordable, 1, kBatch)), views.size());
     std::vector<std::optional<Judged>> judged(count);
     const parallel::Budget first = CheckedAnyway() ? Untimed() : Left();
-    parallel_.For(count, [&](size_t k) { judged[k] = Judge(views[k], k == 0 ? first : Left()); });
+    parallel_.For(count, [&](size_t k) {
+      const Judged* before = known_ == nullptr ? nullptr : known_->Find(views[k]);
+      judged[k] = before != nullptr ? *before : Judge(views[k], k == 0 ? first : Left());
+    });
     for (size_t k = 0; k < count; ++k) {
       ended_ = !judged[k].has_value();
       if (ended_) return 0;
       check_.rays += judged[k]->rays;
       ++check_.checked;
+      if (known_ != nullptr) known_->Note(*judged[k]);
       note(judged[k]->view);
     }
     return count;
@@ -151,10 +157,7 @@ class Checking {
     }
   }
 
-  struct Judged {
-    CheckedView view;
-    uint64_t rays = 0;
-  };
+  using Judged = KnownVerdicts::Known;
   // Nothing when the budget ended.
   std::optional<Judged> Judge(uint32_t view, const parallel::Budget& budget) const {
     const Eigen::Vector3d at = feasible_.Centre(view);
@@ -277,6 +280,7 @@ class Checking {
   const parallel::Budget& until_one_;
   parallel::Parallel& parallel_;
   const bool first_anyway_;  // the first candidate is checked even where no time is left
+  KnownVerdicts* const known_;
   RegistrationCheck check_;
   bool ended_ = false;                   // the budget did
   absl::flat_hash_set<uint32_t> tried_;  // around doubtful candidates
@@ -284,11 +288,24 @@ class Checking {
 
 }  // namespace
 
+const KnownVerdicts::Known* KnownVerdicts::BestRegistrable(const Evaluation& evaluation) const {
+  const Known* best = nullptr;
+  const auto rank = [&](const Known& known) { return evaluation.views[known.view.view].Rank(); };
+  for (const auto& [view, known] : by_view_) {
+    if (!known.view.verdict.registered()) continue;
+    const bool better = best == nullptr || rank(known) > rank(*best) ||
+                        (rank(known) == rank(*best) && view < best->view.view);
+    if (better) best = &known;
+  }
+  return best;
+}
+
 RegistrationCheck CheckRegistration(const PlanningProblem& problem, const OverlapSurface& surface,
                                     const Evaluation& evaluation,
                                     std::span<const uint32_t> candidates, size_t wanted,
-                                    const parallel::Budget& budget, parallel::Parallel& parallel) {
-  return Checking(problem, surface, evaluation, budget, budget, parallel, false)
+                                    const parallel::Budget& budget, parallel::Parallel& parallel,
+                                    KnownVerdicts* known) {
+  return Checking(problem, surface, evaluation, budget, budget, parallel, false, known)
       .Run(candidates, wanted);
 }
 
@@ -296,7 +313,7 @@ RegistrationCheck CheckThese(const PlanningProblem& problem, const OverlapSurfac
                              const Evaluation& evaluation, std::span<const uint32_t> candidates,
                              size_t wanted, const parallel::Budget& budget,
                              parallel::Parallel& parallel) {
-  return Checking(problem, surface, evaluation, budget, budget, parallel, false)
+  return Checking(problem, surface, evaluation, budget, budget, parallel, false, nullptr)
       .RunThese(candidates, wanted);
 }
 
@@ -305,10 +322,10 @@ RegistrationCheck CheckUntilOneRegisters(const PlanningProblem& problem,
                                          std::span<const uint32_t> candidates, size_t wanted,
                                          const parallel::Budget& budget,
                                          const parallel::Budget& until_one,
-                                         parallel::Parallel& parallel) {
+                                         parallel::Parallel& parallel, KnownVerdicts& known) {
   const OverlapSurface& surface = problem.overlap();
   RegistrationCheck check =
-      Checking(problem, surface, evaluation, budget, until_one, parallel, true)
+      Checking(problem, surface, evaluation, budget, until_one, parallel, true, &known)
           .Run(candidates, wanted);
   const PlanningConfig& config = problem.config();
   double separation = config.candidate_separation;
@@ -327,7 +344,7 @@ RegistrationCheck CheckUntilOneRegisters(const PlanningProblem& problem,
     const parallel::Budget more = left(budget);
     const parallel::Budget more_until_one = left(until_one);
     RegistrationCheck next =
-        Checking(problem, surface, evaluation, more, more_until_one, parallel, false)
+        Checking(problem, surface, evaluation, more, more_until_one, parallel, false, &known)
             .Run(farther, wanted);
     check.registrable = std::move(next.registrable);
     check.facing = std::move(next.facing);
@@ -337,6 +354,11 @@ RegistrationCheck CheckUntilOneRegisters(const PlanningProblem& problem,
     check.checked += next.checked;
     check.rays += next.rays;
     check.finished = next.finished;
+  }
+  // Which views were looked at on the way is a matter of time, so it decides only where time did.
+  if (check.registrable.empty() && !check.finished && until_one.Expired()) {
+    const KnownVerdicts::Known* best = known.BestRegistrable(evaluation);
+    if (best != nullptr) check.registrable.push_back(best->view);
   }
   return check;
 }

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "absl/container/flat_hash_map.h"
 #include "core/parallel/budget.h"
 #include "core/parallel/parallel.h"
 #include "core/planning/evaluation/evaluation.h"
@@ -36,6 +37,27 @@ struct CheckedView {
   bool alone = false;
 };
 
+// What was found out about views, so that nobody finds it out again: what leads while views are
+// evaluated is checked then, and mostly leads in the end. A view that is known counts with the rays
+// that it took, so that a plan with a work limit is the same whether it was known or not.
+class KnownVerdicts {
+ public:
+  struct Known {
+    CheckedView view;
+    uint64_t rays = 0;  // that it took
+  };
+  const Known* Find(uint32_t view) const {
+    const auto at = by_view_.find(view);
+    return at == by_view_.end() ? nullptr : &at->second;
+  }
+  void Note(const Known& known) { by_view_.try_emplace(known.view.view, known); }
+  // Of those that register the best by `evaluation`; null when none does.
+  const Known* BestRegistrable(const Evaluation& evaluation) const;
+
+ private:
+  absl::flat_hash_map<uint32_t, Known> by_view_;
+};
+
 struct RegistrationCheck {
   std::vector<CheckedView> registrable;  // the best first, apart from each other
   std::vector<CheckedView> refused;      // candidates that do not register
@@ -52,10 +74,12 @@ struct RegistrationCheck {
 // all refused, views nearer to the stations are checked before the rest. When time is left, the
 // best views around doubtful candidates are checked, too (algorithm.md section 9, 'The check of
 // candidates').
+// `known`, where given, is asked before a view is checked, and told what was found.
 RegistrationCheck CheckRegistration(const PlanningProblem& problem, const OverlapSurface& surface,
                                     const Evaluation& evaluation,
                                     std::span<const uint32_t> candidates, size_t wanted,
-                                    const parallel::Budget& budget, parallel::Parallel& parallel);
+                                    const parallel::Budget& budget, parallel::Parallel& parallel,
+                                    KnownVerdicts* known = nullptr);
 // The same of `candidates` and no others: nothing is tried nearer to the stations or around
 // doubtful ones.
 RegistrationCheck CheckThese(const PlanningProblem& problem, const OverlapSurface& surface,
@@ -67,14 +91,15 @@ RegistrationCheck CheckThese(const PlanningProblem& problem, const OverlapSurfac
 // plan of which nothing was checked is worth little. While none registers, `until_one` holds
 // instead of the budget. Where none of the candidates registers, PlanningConfig::max_checked others
 // are checked, the best of those that are twice as far from each other and from all that were
-// refused; and again, until one registers or there are no views so far apart. A plan that ends with
-// nothing while some view registers helps nobody.
+// refused; and again, until one registers or there are no views so far apart. Where time ends
+// before that, the best that is known to register is what passes. A plan that ends with nothing
+// while some view registers helps nobody.
 RegistrationCheck CheckUntilOneRegisters(const PlanningProblem& problem,
                                          const Evaluation& evaluation,
                                          std::span<const uint32_t> candidates, size_t wanted,
                                          const parallel::Budget& budget,
                                          const parallel::Budget& until_one,
-                                         parallel::Parallel& parallel);
+                                         parallel::Parallel& parallel, KnownVerdicts& known);
 
 }  // namespace vantage::planning
 

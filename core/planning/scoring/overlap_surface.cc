@@ -53,7 +53,7 @@ std::optional<std::vector<SurfaceBrick>> BricksWithSurface(
     const model::PlanningView& model, const parallel::Cancellation& cancelled) {
   std::vector<SurfaceBrick> bricks;
   size_t until_poll = 0;
-  for (const model::BrickAt& at : model.bricks()) {
+  for (const model::BrickAt& at : model.surface_bricks()) {
     if (until_poll-- == 0) {
       if (cancelled.Requested()) return std::nullopt;
       until_poll = visibility::kBricksBetweenPolls;

@@ -36,7 +36,7 @@ CorrespondenceField::CorrespondenceField(const model::PlanningView& model,
   const model::VoxelIndex first = model::Brick::Of(model.At(covered.min() - margin));
   const model::VoxelIndex last = model::Brick::Of(model.At(covered.max() + margin));
   std::array<Cells, kDirections> fronts;
-  for (const model::BrickAt& at : model.bricks()) {
+  for (const model::BrickAt& at : model.surface_bricks()) {
     if (at.contents->surface.empty() || (at.brick.array() < first.array()).any() ||
         (at.brick.array() > last.array()).any()) {
       continue;

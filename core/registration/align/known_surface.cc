@@ -31,7 +31,7 @@ bool Overlaps(const model::VoxelIndex& brick, const model::VoxelBox& box) {
 // order.
 template <typename Fn>
 void ForEachMeasured(const model::PlanningView& model, const model::VoxelBox& box, Fn&& fn) {
-  for (const model::BrickAt& at : model.bricks()) {
+  for (const model::BrickAt& at : model.surface_bricks()) {
     if (at.contents->surface.empty() || !Overlaps(at.brick, box)) continue;
     size_t rank = 0;
     for (size_t word = 0; word < at.contents->surface_mask.size(); ++word) {

@@ -54,36 +54,53 @@ VoxelSearch::VoxelSearch(const model::PlanningView& model, const Eigen::AlignedB
   table_.assign(static_cast<size_t>(size_.x()) * static_cast<size_t>(size_.y()) *
                     static_cast<size_t>(size_.z()),
                 -1);
-  for (const model::BrickAt& at : model.bricks()) {
-    if (at.contents->surface.empty() || (at.brick.array() < first.array()).any() ||
-        (at.brick.array() > last.array()).any()) {
-      continue;
+  // Page by page: of a large site most lies outside of what a scan reaches, and is not looked at.
+  model::VoxelIndex at;
+  for (at.z() = 0; at.z() < size_.z(); ++at.z()) {
+    for (at.y() = 0; at.y() < size_.y(); ++at.y()) {
+      for (at.x() = 0; at.x() < size_.x(); ++at.x()) {
+        const model::BrickPage* page = model.Page(first_page_ + at);
+        if (page != nullptr && page->surface_count() > 0) Add(*page, first, last);
+      }
+    }
+  }
+}
+
+void VoxelSearch::Add(const model::BrickPage& page, const model::VoxelIndex& first,
+                      const model::VoxelIndex& last) {
+  const model::VoxelIndex corner = page.coordinates() * model::BrickPage::kSide;
+  int32_t& held = table_[PlaceOf(page.coordinates())];
+  page.with_opaque().ForEach([&](int local) {
+    const model::Brick* const brick = page.Contents(local).get();
+    const model::VoxelIndex at = corner + model::VoxelIndex(local & 7, local >> 3 & 7, local >> 6);
+    if (brick == nullptr || brick->surface.empty() || (at.array() < first.array()).any() ||
+        (at.array() > last.array()).any()) {
+      return;
     }
     TrueSurface kept;
-    kept.brick = at.contents.get();
+    kept.brick = brick;
     uint64_t any = 0;
     int rank = 0;
     for (size_t layer = 0; layer < model::Brick::kSide; ++layer) {
-      const model::VoxelState* states = &at.contents->state[layer * 64];
+      const model::VoxelState* states = &brick->state[layer * 64];
       uint64_t mask = 0;
-      for (uint64_t bits = at.contents->surface_mask[layer]; bits != 0; bits &= bits - 1) {
+      for (uint64_t bits = brick->surface_mask[layer]; bits != 0; bits &= bits - 1) {
         if (states[std::countr_zero(bits)] == model::VoxelState::kTrueSurface) mask |= bits & -bits;
       }
       kept.mask[layer] = mask;
       kept.ranks[layer] = static_cast<uint16_t>(rank);
-      rank += std::popcount(at.contents->surface_mask[layer]);
+      rank += std::popcount(brick->surface_mask[layer]);
       any |= mask;
     }
-    if (any == 0) continue;
-    int32_t& page = table_[PlaceOf(model::BrickPage::Of(at.brick))];
-    if (page < 0) {
-      page = static_cast<int32_t>(pages_.size());
+    if (any == 0) return;
+    if (held < 0) {
+      held = static_cast<int32_t>(pages_.size());
       pages_.emplace_back().fill(-1);
     }
-    pages_[static_cast<size_t>(page)][static_cast<size_t>(model::Brick::LocalOf(at.brick))] =
+    pages_[static_cast<size_t>(held)][static_cast<size_t>(local)] =
         static_cast<int32_t>(bricks_.size());
     bricks_.push_back(kept);
-  }
+  });
 }
 
 template <bool any>

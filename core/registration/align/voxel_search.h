@@ -51,6 +51,9 @@ class VoxelSearch {
   // Eight bricks along each side; -1: no true surface.
   using Page = std::array<int32_t, model::Brick::kVoxels>;
 
+  // The true surface of a page, of its bricks first <= brick <= last.
+  void Add(const model::BrickPage& page, const model::VoxelIndex& first,
+           const model::VoxelIndex& last);
   // The first that is found rather than the nearest, where `any` is enough.
   template <bool any>
   const model::SurfaceVoxel* Look(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,

@@ -146,7 +146,7 @@ class Shifts {
 
 Eigen::AlignedBox3d TrueSurfaceBox(const model::PlanningView& model) {
   Eigen::AlignedBox3d box;
-  for (const model::BrickAt& at : model.bricks()) {
+  for (const model::BrickAt& at : model.surface_bricks()) {
     if (at.contents->surface.empty()) continue;
     const double side = model::Brick::kSide * model.voxel_size();
     box.extend(Eigen::Vector3d(at.brick.cast<double>() * side));

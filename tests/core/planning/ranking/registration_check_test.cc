@@ -148,8 +148,9 @@ TEST(RegistrationCheckTest, LooksFartherAwayUntilOneRegisters) {
     const RegistrationCheck near = CheckRegistration(*room.asked, room.overlap, room.evaluation,
                                                      failing, 10, budget, room.serial);
     ASSERT_TRUE(near.registrable.empty());
+    KnownVerdicts known;
     const RegistrationCheck check = CheckUntilOneRegisters(*room.asked, room.evaluation, failing,
-                                                           10, budget, budget, room.serial);
+                                                           10, budget, budget, room.serial, known);
     EXPECT_TRUE(check.finished);
     ASSERT_FALSE(check.registrable.empty());
     EXPECT_GT(check.checked, failing.size());
@@ -162,6 +163,79 @@ TEST(RegistrationCheckTest, LooksFartherAwayUntilOneRegisters) {
     }
   }
   EXPECT_GT(rooms, 1);
+}
+
+// What was found out before is not found out again, and changes nothing but the time.
+TEST(RegistrationCheckTest, SameWhereVerdictsAreKnown) {
+  Room room(3);
+  parallel::Budget some;
+  some.work_limit = 30 * room.overlap.MostRays();
+  for (const parallel::Budget& budget : {parallel::Budget::Unlimited(), some}) {
+    const auto check = [&](KnownVerdicts& known) {
+      return CheckUntilOneRegisters(*room.asked, room.evaluation, room.candidates, 10, budget,
+                                    budget, room.serial, known);
+    };
+    KnownVerdicts known;
+    const RegistrationCheck anew = check(known);
+    ASSERT_GT(anew.checked, 3u);
+    // The same verdicts, but for one: it can be seen that they are not asked for again.
+    KnownVerdicts others;
+    size_t noted = 0;
+    for (const uint32_t view : room.candidates) {
+      const KnownVerdicts::Known* found = known.Find(view);
+      if (found == nullptr) continue;
+      KnownVerdicts::Known other = *found;
+      if (noted++ == 0) other.view.verdict.overlap_share = 0.123;
+      others.Note(other);
+    }
+    const RegistrationCheck again = check(others);
+    EXPECT_EQ(again.rays, anew.rays);
+    EXPECT_EQ(again.checked, anew.checked);
+    EXPECT_EQ(again.finished, anew.finished);
+    ASSERT_EQ(again.registrable.size(), anew.registrable.size());
+    size_t changed = 0;
+    const auto compare = [&](const CheckedView& a, const CheckedView& b) {
+      EXPECT_EQ(a.view, b.view);
+      changed += a.verdict.overlap_share != b.verdict.overlap_share;
+    };
+    for (size_t k = 0; k < anew.registrable.size(); ++k) {
+      compare(again.registrable[k], anew.registrable[k]);
+    }
+    ASSERT_EQ(again.refused.size(), anew.refused.size());
+    for (size_t k = 0; k < anew.refused.size(); ++k) compare(again.refused[k], anew.refused[k]);
+    EXPECT_EQ(changed, 1u);
+  }
+}
+
+// A view that was found to register on the way is an answer, when the time ends before the best
+// have been checked.
+TEST(RegistrationCheckTest, WhatIsKnownToRegisterIsAnAnswerWhenTimeEnds) {
+  Room room(3);
+  std::vector<uint32_t> failing;
+  std::vector<uint32_t> registering;  // the best first
+  for (const uint32_t view : room.candidates) {
+    (room.Registers(view) ? registering : failing).push_back(view);
+  }
+  ASSERT_FALSE(failing.empty());
+  ASSERT_GT(registering.size(), 1u);
+  const auto unlimited = parallel::Budget::Unlimited();
+  KnownVerdicts known;
+  (void)CheckRegistration(*room.asked, room.overlap, room.evaluation, registering, 2, unlimited,
+                          room.serial, &known);
+  const parallel::Budget ended = parallel::Budget::Seconds(-1);
+  const RegistrationCheck check = CheckUntilOneRegisters(*room.asked, room.evaluation, failing, 10,
+                                                         ended, ended, room.serial, known);
+  EXPECT_FALSE(check.finished);
+  ASSERT_EQ(check.registrable.size(), 1u);
+  EXPECT_EQ(check.registrable.front().view, registering.front());
+  ASSERT_FALSE(check.refused.empty());  // the first is checked whatever is left
+  // By a work limit the answer must not depend on what was looked at on the way.
+  parallel::Budget little;
+  little.work_limit = 1;
+  const RegistrationCheck limited = CheckUntilOneRegisters(*room.asked, room.evaluation, failing,
+                                                           10, little, little, room.serial, known);
+  EXPECT_FALSE(limited.finished);
+  EXPECT_TRUE(limited.registrable.empty());
 }
 
 TEST(RegistrationCheckTest, SameOnAnyNumberOfThreads) {
