@@ -120,12 +120,12 @@ void BenchPlanMemory(const model::PlanningView& view, const sensor::ScannerModel
        absl::StrFormat(
            "one scene: at its peak beside the model: the prepared problem %.0f MB, %.0f more while "
            "it was prepared, %.0f more while views were evaluated for 20 s, %.0f of the "
-           "plan; %.0f estimated; %d viewcells x %d cells",
+           "plan; %.0f estimated; %d viewcells x %d cells, %d patches",
            kept, preparing, evaluating, after - kept,
            static_cast<double>(planning::PlanningSize(view, PlanConfig())
                                    .Bytes(static_cast<double>(plan.feasible_cells))) /
                1e6,
-           plan.feasible_cells, plan.deficient_cells)});
+           plan.feasible_cells, plan.deficient_cells, plan.patches.size())});
 }
 
 }  // namespace

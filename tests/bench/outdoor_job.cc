@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -41,6 +42,33 @@ double GainInSky(const planning::PlanningProblem& problem, const Eigen::Vector3d
     }
   }
   return sky;
+}
+
+// Where a crew goes that carries targets: to the first view, or to one that was refused and
+// registers with the targets that the plan advises, where that brings much more. Null where neither
+// is.
+struct Choice {
+  const planning::RankedView* view = nullptr;
+  bool with_targets = false;
+  double gain = 0;  // m^2
+};
+Choice NextView(const planning::Plan& plan) {
+  constexpr double kWorthTargets = 2;  // times the gain of the best view without
+  Choice choice;
+  if (!plan.views.empty()) {
+    choice = {&plan.views[0], false, plan.views[0].model_gain.value_or(0)};
+  }
+  double most = kWorthTargets * choice.gain;
+  for (const planning::RankedView& view : plan.refused) {
+    if (!view.targets.has_value() || view.model_gain.value_or(0) <= most) continue;
+    most = *view.model_gain;
+    // Where another scan has to see the targets first, that is the next.
+    const std::optional<size_t> first = view.targets->first_view;
+    choice = first.has_value()
+                 ? Choice{&plan.views[*first], false, plan.views[*first].model_gain.value_or(0)}
+                 : Choice{&view, true, most};
+  }
+  return choice;
 }
 
 }  // namespace
@@ -87,19 +115,21 @@ OutdoorJobResult RunOutdoorJob(const simulation::Scene& scene, size_t most_scans
     result.estimated = plan.coverage->estimated_coverage.value_or(0);
     result.stopped =
         plan.termination.suggested || plan.outcome == planning::PlanOutcome::kNothingToGain;
+    const Choice next = NextView(plan);
     const double sky =
-        plan.views.empty() ? 0 : GainInSky(*problem, plan.views[0].position, tracer.tracer());
-    const double gain = plan.views.empty() ? 0 : plan.views[0].model_gain.value_or(0);
+        next.view == nullptr ? 0 : GainInSky(*problem, next.view->position, tracer.tracer());
     std::fprintf(stderr,
-                 "%s: scan %zu, attained %.3f, estimated %.3f, gain %.1f m2, in sky %.1f%s\n",
-                 scene.name.c_str(), result.scans, result.attained, result.estimated, gain, sky,
-                 result.stopped       ? ", stop"
-                 : plan.views.empty() ? plan.message.c_str()
-                                      : "");
-    if (result.stopped || plan.views.empty() || result.scans == most_scans) return result;
-    result.promised += gain;
+                 "%s: scan %zu, attained %.3f, estimated %.3f, gain %.1f m2, in sky %.1f%s%s\n",
+                 scene.name.c_str(), result.scans, result.attained, result.estimated, next.gain,
+                 sky, next.with_targets ? ", with targets" : "",
+                 result.stopped         ? ", stop"
+                 : next.view == nullptr ? plan.message.c_str()
+                                        : "");
+    if (result.stopped || next.view == nullptr || result.scans == most_scans) return result;
+    result.promised += next.gain;
     result.promised_sky += sky;
-    position = plan.views[0].position;
+    result.with_targets += next.with_targets ? 1 : 0;
+    position = next.view->position;
   }
 }
 

@@ -12,6 +12,7 @@ namespace vantage::bench {
 
 struct OutdoorJobResult {
   size_t scans = 0;
+  size_t with_targets = 0;  // scans that registered by targets which the plan advised
   bool stopped = false;  // the planner suggested to stop, or found nothing to gain
   // Of the views that were chosen, m^2 of model gain. Of that, in the sky: where the ray from the
   // view through the cell that gains meets nothing of the mesh, however far it goes.
@@ -24,7 +25,9 @@ struct OutdoorJobResult {
 };
 
 // The first scan is made from the scene's first start, the others where the plans say, at the exact
-// pose and with all faults of a scanner. Plans have a limit on their work: the job is repeatable.
+// pose and with all faults of a scanner; with the targets that a plan advises, where the view that
+// needs them brings more than twice as much. Plans have a limit on their work: the job is
+// repeatable.
 OutdoorJobResult RunOutdoorJob(const simulation::Scene& scene, size_t most_scans,
                                parallel::Parallel& parallel);
 

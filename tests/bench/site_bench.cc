@@ -48,6 +48,7 @@ void BenchOutdoor(const BenchOptions& options, parallel::Parallel& parallel, Fig
   double most_off = 0;
   size_t jobs = 0;
   size_t scans = 0;
+  size_t with_targets = 0;
   size_t stopped = 0;
   for (const Kind& kind : kKinds) {
     const std::string name = absl::StrCat("site.outdoor.", kind.name, ".");
@@ -60,6 +61,7 @@ void BenchOutdoor(const BenchOptions& options, parallel::Parallel& parallel, Fig
       most_off = std::max(most_off, 100 * std::abs(job.estimated - job.attained));
       ++jobs;
       scans += job.scans;
+      with_targets += job.with_targets;
       stopped += job.stopped ? 1 : 0;
       if (seed != seeds.front()) continue;
       const std::string of = absl::StrCat(job.scans, " scans, ", job.stopped ? "ended" : "cut off");
@@ -70,7 +72,8 @@ void BenchOutdoor(const BenchOptions& options, parallel::Parallel& parallel, Fig
   }
   if (jobs < kKinds.size()) return;
   const std::string of =
-      absl::StrCat("the mesh, ", jobs, " jobs, ", scans, " scans, ", stopped, " ended");
+      absl::StrCat("the mesh, ", jobs, " jobs, ", scans, " scans, ", with_targets,
+                   " of them with targets as advised, ", stopped, " ended");
   figures.Add({"site.outdoor.promised_sky", promised > 0 ? sky / promised : 0, "", "0.02", of});
   figures.Add(
       {"site.outdoor.coverage", least_attained, "", "0.95", absl::StrCat(of, ", the worst")});
