@@ -35,8 +35,10 @@ constexpr double kMeasuredCell = 36;
 // graze the floor.
 constexpr double kPatchShare = sizeof(Patch) / 9.0;
 // Per cell that stands for a cube, more: areas differ, so it has less in common with others, and a
-// sixth are patches of their own.
-constexpr double kCubeCell = 20 + sizeof(Patch) / 6.0 - kPatchShare;
+// sixth are patches of their own, or, of cubes of whole bricks, two thirds.
+constexpr double kCubeCell = 20 - kPatchShare;
+constexpr double kCubePatch = sizeof(Patch) / 6.0;
+constexpr double kBrickPatch = sizeof(Patch) * 0.7;
 // Per deficient cell: the scorer's arrays (twelve numbers, the cell, where dropouts begin).
 constexpr double kScorerCell = 13 * sizeof(float) + 0.5;
 // Per deficient cell, while views are evaluated: the same cells by model gain (three of the
@@ -51,6 +53,9 @@ constexpr double kFaces = 42;
 // Per brick that holds both empty space and surface, where these are what rays meet: itself and
 // half as many of unknown space beside empty, with Embree's boxes.
 constexpr double kBricks = 200;
+// Per surface voxel, while coverage is measured: what was asked of places around it. Where rays
+// meet faces, their lists take more than that, and come before.
+constexpr double kAskedOfVoxel = 8;
 // Whatever the size.
 constexpr double kAnyPlan = 4 << 20;
 
@@ -76,7 +81,7 @@ PlanningSize::PlanningSize(const model::PlanningView& model, const PlanningConfi
     const double left = CellsOfCubes(voxels, shift) / deficient_;
     deficient_ *= left;
     measured_ *= left;
-    cubes_ = deficient_;
+    cubes_ = deficient_ * (kCubeCell + (shift == 3 ? kBrickPatch : kCubePatch));
   }
   const model::VoxelIndex size = model.bounds().max - model.bounds().min;
   columns_ = size.head<2>().cast<double>().prod();
@@ -93,7 +98,8 @@ PlanningSize::PlanningSize(const model::PlanningView& model, const PlanningConfi
   using visibility::OcclusionScene;
   const bool by_faces = OcclusionScene::PrimitivesOf(model) == visibility::ScenePrimitives::kFaces;
   scene_ = by_faces ? voxels_of_surface * kFaces
-                    : static_cast<double>(visibility::MixedBricks(model)) * kBricks;
+                    : voxels_of_surface * kAskedOfVoxel +
+                          static_cast<double>(visibility::MixedBricks(model)) * kBricks;
   const model::VoxelBox box = visibility::OpaqueGrid(model).box();
   // Pose sensitivity and the hierarchy have a table each.
   tables_ = (config.pose_sensitivity ? 2.0 : 1.0) *
@@ -116,7 +122,7 @@ uint64_t PlanningSize::Bytes(double views) const {
   const double finding = floor_ * (kFindingFloor - kFloor);
   const double planning = views * kView +
                           deficient_ * (kCell + kPatchShare + kScorerCell + kEvaluatedCell) +
-                          cubes_ * kCubeCell + measured_ * kMeasuredCell + scene_ + tables_;
+                          cubes_ + measured_ * kMeasuredCell + scene_ + tables_;
   return static_cast<uint64_t>(kAnyPlan + kept + std::max(finding, planning));
 }
 

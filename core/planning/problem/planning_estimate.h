@@ -35,8 +35,8 @@ class PlanningSize {
   double viewcells_ = 0;  // at an allowed height, at most
   double deficient_ = 0;  // cells that stand for them where they are deficient
   double measured_ = 0;   // of these
-  double cubes_ = 0;      // deficient_, where they stand for more than a voxel
-  double scene_ = 0;      // bytes, of what rays meet
+  double cubes_ = 0;      // bytes that cells take more where they stand for more than a voxel
+  double scene_ = 0;      // bytes, of what rays meet, and of asking
   double tables_ = 0;     // bytes, of summed volumes
 };
 
