@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "tests/integration/answers.h"
+#include "vantage/v1/model_service.pb.h"
 #include "vantage/v1/scan_service.pb.h"
 
 namespace vantage::integration {
@@ -257,6 +258,65 @@ TEST(SimulatedJob, ARealInstrumentScansByPreviews) {
   EXPECT_GT(rows[1].truth, 30) << finished.out;
   EXPECT_EQ(server.Stop(SIGTERM), 0) << server.Log();
 }
+
+// From the street door to the attic: by two flights of stairs, and a station on each storey.
+TEST(SimulatedJob, ClimbsAHouseOfThreeStoreys) {
+  ServerProcess server;
+  ASSERT_FALSE(server.address().empty());
+  const Finished finished =
+      Vantage(server, {"simulate", "--scene", "house", "--seed", "1", "--scans", "14", "--step",
+                       "0.5", "--density", "150", "--work", "3000000", "--session", "house"});
+  ASSERT_EQ(finished.exit_code, 0) << finished.out << finished.error;
+  const std::vector<JobRow> rows = JobRowsOf(finished.out);
+  ASSERT_EQ(rows.size(), 14u) << finished.out;
+  EXPECT_GT(rows.back().truth, 65) << finished.out;
+  const v1::GetCoverageResponse coverage =
+      Answer<v1::GetCoverageResponse>(Vantage(server, {"coverage", "house", "--json"}));
+  ASSERT_EQ(coverage.storeys_size(), 3) << coverage.DebugString();
+  std::vector<int> stations(3, 0);
+  const v1::ListScansResponse listed = Scans(server, "house");
+  for (const v1::Scan& scan : listed.scans()) {
+    ASSERT_EQ(scan.state(), v1::SCAN_STATE_MERGED) << scan.state_message();
+    const double z = scan.pose().translation().z();
+    for (int storey = 2; storey >= 0; --storey) {
+      if (z < coverage.storeys(storey).floor_z_m()) continue;
+      ++stations[static_cast<size_t>(storey)];
+      break;
+    }
+  }
+  for (const int count : stations) EXPECT_GT(count, 0) << finished.out;
+  const Finished plan = Vantage(server, {"plan", "house", "--work", "3000000"});
+  EXPECT_THAT(plan.out, HasSubstr("on storey ")) << plan.error;
+}
+
+struct OutdoorCase {
+  const char* scene;
+  double least;  // percent, at density after five scans
+};
+
+class OutdoorJob : public ::testing::TestWithParam<OutdoorCase> {};
+
+// Under the open sky what can be measured is, and the planner takes it for that.
+TEST_P(OutdoorJob, MeasuresWhatCanBeMeasured) {
+  ServerProcess server;
+  ASSERT_FALSE(server.address().empty());
+  const Finished finished = Vantage(
+      server, {"simulate", "--scene", GetParam().scene, "--seed", "1", "--scans", "5", "--step",
+               "0.4", "--density", "100", "--work", "3000000", "--session", "outside"});
+  ASSERT_EQ(finished.exit_code, 0) << finished.out << finished.error;
+  const std::vector<JobRow> rows = JobRowsOf(finished.out);
+  ASSERT_EQ(rows.size(), 5u) << finished.out;
+  EXPECT_GT(rows.back().truth, GetParam().least) << finished.out;
+  EXPECT_NEAR(rows.back().estimated, rows.back().truth, 15) << finished.out;
+  const v1::ListScansResponse listed = Scans(server, "outside");
+  for (const v1::Scan& scan : listed.scans()) {
+    EXPECT_EQ(scan.state(), v1::SCAN_STATE_MERGED) << scan.state_message();
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, OutdoorJob,
+                         ::testing::Values(OutdoorCase{"courtyard", 80}, OutdoorCase{"street", 40}),
+                         [](const auto& of) { return std::string(of.param.scene); });
 
 class SectorJob : public ::testing::TestWithParam<int> {};
 

@@ -173,8 +173,8 @@ double LevelArea(std::span<const SurfaceSample> level, std::span<const double> a
 std::optional<SidewaysFloor> FindSidewaysFloor(std::span<const SurfaceSample> samples,
                                                const sensor::RangeImage& image, double spacing,
                                                const FloorPlane& floor) {
-  // Of some 1,250 upright scans of flats, houses, offices, halls and bare rooms none had more than 1.11
-  // times as much.
+  // Of some 1,250 upright scans of flats, houses, offices, halls and bare rooms none had more
+  // than 1.11 times as much.
   constexpr double kClearlyMore = 1.15;
   // Of the rays within 45 degrees: houses in a yard leave more of the sky, and beside a scanner the
   // ground is in half of them.
