@@ -13,7 +13,7 @@ namespace vantage::bench {
 struct OutdoorJobResult {
   size_t scans = 0;
   size_t with_targets = 0;  // scans that registered by targets which the plan advised
-  bool stopped = false;  // the planner suggested to stop, or found nothing to gain
+  bool stopped = false;     // the planner suggested to stop, or found nothing to gain
   // Of the views that were chosen, m^2 of model gain. Of that, in the sky: where the ray from the
   // view through the cell that gains meets nothing of the mesh, however far it goes.
   double promised = 0;
