@@ -3,8 +3,6 @@
 #include <optional>
 
 #include "core/fleet/look_ahead.h"
-#include "core/planning/feasibility/floor_map.h"
-#include "core/planning/openings/measure_coverage.h"
 #include "core/planning/outcome.h"
 #include "core/registration/place_and_register.h"
 #include "core/tour/follow_tour.h"
@@ -43,10 +41,10 @@ Algorithms Algorithms::Core() {
     if (!problem.ok()) return problem.status();
     return planning::EvaluateView(**problem, position, heading);
   };
-  const auto measure_coverage = [](const model::PlanningView& model,
-                                   std::span<const sensor::ScannerModel> scanners,
-                                   const planning::PlanningConfig& config) {
-    return planning::MeasureCoverage(model, scanners, config).value();  // nobody cancels it
+  const auto measure_site = [](const model::PlanningView& model,
+                               std::span<const sensor::ScannerModel> scanners,
+                               const planning::PlanningConfig& config) {
+    return planning::MeasureSite(model, scanners, config);
   };
   const auto make_tour = [](const PlanningTask& task, const tour::TourRequest& request,
                             const parallel::Budget& budget, parallel::Parallel& parallel,
@@ -59,8 +57,7 @@ Algorithms Algorithms::Core() {
           registration::PlaceAndRegister,
           make_plan,
           evaluate_view,
-          measure_coverage,
-          planning::FindStoreys,
+          measure_site,
           fleet::MakeJointPlan,
           fleet::MeasureCover,
           fleet::ForecastStation,

@@ -14,10 +14,9 @@
 #include "core/fleet/joint_plan.h"
 #include "core/fleet/pending_stations.h"
 #include "core/planning/evaluate_view.h"
-#include "core/planning/plan/coverage.h"
+#include "core/planning/openings/measure_coverage.h"
 #include "core/planning/plan/plan.h"
 #include "core/planning/plan/planning_config.h"
-#include "core/planning/plan/storey.h"
 #include "core/planning/planner.h"
 #include "core/planning/problem/planning_problem.h"
 #include "core/planning/setting_choice.h"
@@ -61,13 +60,10 @@ struct Algorithms {
       const PlanningTask&, const Eigen::Vector3d& position, parallel::Parallel&,
       std::optional<double> heading)>
       evaluate_view;
-  std::function<planning::Coverage(const model::PlanningView&,
-                                   std::span<const sensor::ScannerModel>,
-                                   const planning::PlanningConfig&)>
-      measure_coverage;
-  std::function<std::vector<planning::Storey>(const model::PlanningView&,
-                                              const planning::PlanningConfig&)>
-      find_storeys;
+  std::function<absl::StatusOr<planning::CoveredSite>(const model::PlanningView&,
+                                                      std::span<const sensor::ScannerModel>,
+                                                      const planning::PlanningConfig&)>
+      measure_site;
   std::function<absl::StatusOr<fleet::JointPlan>(
       const model::PlanningView&, const fleet::FleetRequest&, const planning::PlanningConfig&,
       const parallel::Budget&, parallel::Parallel&, planning::PlanProgress)>

@@ -70,12 +70,12 @@ absl::StatusOr<v1::GetCoverageResponse> MeasureCoverage(const SessionContext& co
     for (const v1::ScannerModel& scanner : described.scanner_models()) {
       scanners.push_back(conversion::ReadScannerModel(scanner, "scanner_models", violations));
     }
-    *response.mutable_coverage() = conversion::WriteCoverage(
-        context.dependencies().algorithms.measure_coverage(*model.view, scanners, config),
-        config.required_density, context.origin());
+    const auto site = context.dependencies().algorithms.measure_site(*model.view, scanners, config);
+    if (!site.ok()) return site.status();
+    *response.mutable_coverage() =
+        conversion::WriteCoverage(site->coverage, config.required_density, context.origin());
     FindGivenUp(*model.view, context.origin(), response);
-    for (const planning::Storey& storey :
-         context.dependencies().algorithms.find_storeys(*model.view, config)) {
+    for (const planning::Storey& storey : site->storeys) {
       *response.add_storeys() = conversion::WriteStorey(storey, context.origin());
     }
   }

@@ -48,11 +48,10 @@ session::Algorithms Refusing() {
   algorithms.make_tour = [no](const session::PlanningTask&, const tour::TourRequest&,
                               const parallel::Budget&, parallel::Parallel&,
                               tour::TourProgress) -> absl::StatusOr<tour::Tour> { return no; };
-  algorithms.measure_coverage =
+  algorithms.measure_site =
       [](const model::PlanningView&, std::span<const sensor::ScannerModel>,
-         const planning::PlanningConfig&) { return planning::Coverage(); };
-  algorithms.find_storeys = [](const model::PlanningView&, const planning::PlanningConfig&) {
-    return std::vector<planning::Storey>();
+         const planning::PlanningConfig&) -> absl::StatusOr<planning::CoveredSite> {
+    return planning::CoveredSite();
   };
   return algorithms;
 }

@@ -95,11 +95,4 @@ bool FloorMap::FindIn(const model::PlanningView& model, const parallel::Cancella
   return !cancelled.Requested();
 }
 
-std::vector<Storey> FindStoreys(const model::PlanningView& model, const PlanningConfig& config) {
-  return FloorMap::Find(model, config.floor_z)
-      .value()
-      .storeys()
-      .DescribeAll(config.storeys);  // not cancelled
-}
-
 }  // namespace vantage::planning

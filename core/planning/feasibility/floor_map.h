@@ -62,9 +62,6 @@ class FloorMap {
   float highest_ = std::numeric_limits<float>::quiet_NaN();
 };
 
-// The storeys that are known, from the lowest up, without planning.
-std::vector<Storey> FindStoreys(const model::PlanningView& model, const PlanningConfig& config);
-
 }  // namespace vantage::planning
 
 #endif  // VANTAGE_CORE_PLANNING_FEASIBILITY_FLOOR_MAP_H_

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/strings/str_format.h"
 #include "core/planning/feasibility/floor_map.h"
 #include "core/planning/openings/openings.h"
 #include "core/planning/openings/standing_reach.h"
@@ -51,15 +52,33 @@ class CoverageSum {
 
 }  // namespace
 
-absl::StatusOr<Coverage> MeasureCoverage(const model::PlanningView& model,
-                                         std::span<const sensor::ScannerModel> scanners,
-                                         const PlanningConfig& config,
-                                         const parallel::Cancellation& cancelled) {
+absl::StatusOr<CoveredSite> MeasureSite(const model::PlanningView& model,
+                                        std::span<const sensor::ScannerModel> scanners,
+                                        const PlanningConfig& config,
+                                        const parallel::Cancellation& cancelled) {
+  if (const uint64_t bytes = FloorColumns::Bytes(model.bounds()); bytes > config.memory_limit) {
+    return absl::ResourceExhaustedError(absl::StrFormat(
+        "coverage: the floors of a model as wide as this one would take about %.2f GB of memory, "
+        "more than the %.2f GB that they may take: use larger voxels, split the site, or allow "
+        "more (memory_limit)",
+        static_cast<double>(bytes) / 1e9, static_cast<double>(config.memory_limit) / 1e9));
+  }
   const auto floor = FloorMap::Find(model, config.floor_z, cancelled);
   if (!floor.ok()) return floor.status();
   auto openings = FindOpenings(model, *floor, cancelled);
   if (!openings.ok()) return openings.status();
-  return MeasureCoverage(model, scanners, config, *floor, *std::move(openings), cancelled);
+  auto coverage = MeasureCoverage(model, scanners, config, *floor, *std::move(openings), cancelled);
+  if (!coverage.ok()) return coverage.status();
+  return CoveredSite{*std::move(coverage), floor->storeys().DescribeAll(config.storeys)};
+}
+
+absl::StatusOr<Coverage> MeasureCoverage(const model::PlanningView& model,
+                                         std::span<const sensor::ScannerModel> scanners,
+                                         const PlanningConfig& config,
+                                         const parallel::Cancellation& cancelled) {
+  auto site = MeasureSite(model, scanners, config, cancelled);
+  if (!site.ok()) return site.status();
+  return std::move(site->coverage);
 }
 
 absl::StatusOr<Coverage> MeasureCoverage(const model::PlanningView& model,

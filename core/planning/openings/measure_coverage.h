@@ -3,6 +3,7 @@
 #define VANTAGE_CORE_PLANNING_OPENINGS_MEASURE_COVERAGE_H_
 
 #include <span>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "core/model/view/planning_view.h"
@@ -11,6 +12,7 @@
 #include "core/planning/plan/coverage.h"
 #include "core/planning/plan/opening.h"
 #include "core/planning/plan/planning_config.h"
+#include "core/planning/plan/storey.h"
 #include "core/sensor/scanner_model.h"
 
 namespace vantage::planning {
@@ -22,7 +24,17 @@ absl::StatusOr<Coverage> MeasureCoverage(const model::PlanningView& model,
                                          const PlanningConfig& config, const FloorMap& floor,
                                          Openings openings,
                                          const parallel::Cancellation& cancelled = {});
-// The same, without planning: finds floor and openings first.
+// The same, without planning: finds floor and openings first. RESOURCE_EXHAUSTED where the columns
+// of the model's box would take more than config.memory_limit.
+struct CoveredSite {
+  Coverage coverage;
+  std::vector<Storey> storeys;  // from the lowest up, with the names that config gives them
+};
+absl::StatusOr<CoveredSite> MeasureSite(const model::PlanningView& model,
+                                        std::span<const sensor::ScannerModel> scanners,
+                                        const PlanningConfig& config,
+                                        const parallel::Cancellation& cancelled = {});
+// The coverage of that.
 absl::StatusOr<Coverage> MeasureCoverage(const model::PlanningView& model,
                                          std::span<const sensor::ScannerModel> scanners,
                                          const PlanningConfig& config,

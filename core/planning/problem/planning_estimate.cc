@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "absl/strings/str_format.h"
+#include "core/planning/feasibility/floor_columns.h"
 #include "core/planning/patches/collect_deficient.h"
 #include "core/planning/patches/patches.h"
 #include "core/planning/scoring/patch_tree.h"
@@ -16,9 +17,7 @@ namespace vantage::planning {
 namespace {
 
 // Bytes. `planning_estimate_test` compares their sum with what plans take.
-//
-// Per column of voxels of the box: where its floors begin, three times.
-constexpr double kColumn = 12;
+
 // Per voxel of floor: candidate, piece, floor twice, whether the scanner fits, lines across gaps;
 // and of these what is kept.
 constexpr double kFindingFloor = 160;
@@ -84,12 +83,13 @@ PlanningSize::PlanningSize(const model::PlanningView& model, const PlanningConfi
     cubes_ = deficient_ * (kCubeCell + (shift == 3 ? kBrickPatch : kCubePatch));
   }
   const model::VoxelIndex size = model.bounds().max - model.bounds().min;
-  columns_ = size.head<2>().cast<double>().prod();
+  const double columns = size.head<2>().cast<double>().prod();
+  column_bytes_ = static_cast<double>(FloorColumns::Bytes(model.bounds()));
   // Floor is assumed in the blind cones of stations.
   constexpr double kBlindRadius = 2.6;  // m: 1.2 times the height of the tallest tripod
   const double blind = sensor::kPi * std::pow(kBlindRadius / model.voxel_size(), 2);
-  floor_ = std::min(columns_, level + blind * static_cast<double>(model.stations().size()));
-  if (config.floor_z.has_value()) floor_ = columns_;
+  floor_ = std::min(columns, level + blind * static_cast<double>(model.stations().size()));
+  if (config.floor_z.has_value()) floor_ = columns;
   const double voxels_per_cell = std::max(1.0, config.viewcell_size / model.voxel_size());
   const double layers = (config.max_viewpoint_height - config.min_viewpoint_height) /
                             (voxels_per_cell * model.voxel_size()) +
@@ -107,7 +107,7 @@ PlanningSize::PlanningSize(const model::PlanningView& model, const PlanningConfi
 }
 
 void PlanningSize::Add(const PlanningSize& other) {
-  columns_ += other.columns_;
+  column_bytes_ += other.column_bytes_;
   floor_ += other.floor_;
   viewcells_ += other.viewcells_;
   scene_ += other.scene_;
@@ -118,7 +118,7 @@ void PlanningSize::Add(const PlanningSize& other) {
 }
 
 uint64_t PlanningSize::Bytes(double views) const {
-  const double kept = columns_ * kColumn + floor_ * kFloor + viewcells_ * kViewcell;
+  const double kept = column_bytes_ + floor_ * kFloor + viewcells_ * kViewcell;
   const double finding = floor_ * (kFindingFloor - kFloor);
   const double planning = views * kView +
                           deficient_ * (kCell + kPatchShare + kScorerCell + kEvaluatedCell) +

@@ -30,14 +30,14 @@ class PlanningSize {
   double most_views() const { return viewcells_; }
 
  private:
-  double columns_ = 0;    // of voxels, in the plan of the model's box
-  double floor_ = 0;      // voxels, at most
-  double viewcells_ = 0;  // at an allowed height, at most
-  double deficient_ = 0;  // cells that stand for them where they are deficient
-  double measured_ = 0;   // of these
-  double cubes_ = 0;      // bytes that cells take more where they stand for more than a voxel
-  double scene_ = 0;      // bytes, of what rays meet, and of asking
-  double tables_ = 0;     // bytes, of summed volumes
+  double column_bytes_ = 0;  // of columns of voxels, in the plan of the model's box
+  double floor_ = 0;         // voxels, at most
+  double viewcells_ = 0;     // at an allowed height, at most
+  double deficient_ = 0;     // cells that stand for them where they are deficient
+  double measured_ = 0;      // of these
+  double cubes_ = 0;         // bytes that cells take more where they stand for more than a voxel
+  double scene_ = 0;         // bytes, of what rays meet, and of asking
+  double tables_ = 0;        // bytes, of summed volumes
 };
 
 // Upper bound of the bytes that MakePlan() needs: as if it were possible to stand everywhere.

@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -479,6 +480,29 @@ TEST_F(PlannerTest, FarApartCostsNoMore) {
   ASSERT_FALSE(plan.views.empty());
   EXPECT_EQ(plan.views[0].position, expected.views[0].position);
   EXPECT_EQ(plan.views[0].score, expected.views[0].score);
+}
+
+// Columns of floors go with the model's box. Where that is too wide for the memory that there is,
+// coverage is refused, before any is taken.
+TEST_F(PlannerTest, CoverageOfABoxThatIsTooWideIsRefused) {
+  const model::PlanningView room = test_support::BuildView(test_support::FurnishedRoom(3));
+  const auto site = MeasureSite(room, std::span(&scanner_, 1), config_);
+  ASSERT_TRUE(site.ok()) << site.status();
+  EXPECT_EQ(site->storeys.size(), 1u);
+  const auto coverage = MeasureCoverage(room, std::span(&scanner_, 1), config_);
+  ASSERT_TRUE(coverage.ok()) << coverage.status();
+  EXPECT_EQ(site->coverage.area_at_density, coverage->area_at_density);
+  std::vector<model::BrickAt> bricks(room.bricks().begin(), room.bricks().end());
+  const auto empty = std::find_if(bricks.begin(), bricks.end(), [](const model::BrickAt& at) {
+    return at.contents->surface.empty();
+  });
+  ASSERT_TRUE(empty != bricks.end());
+  // A brick 40 km away both ways: more than 10^12 columns.
+  bricks.push_back({empty->brick + model::VoxelIndex(200'000, 200'000, 0), empty->contents});
+  const model::PlanningView wide(room.voxel_size(), 1, bricks, room.stations());
+  const auto refused = MeasureSite(wide, std::span(&scanner_, 1), config_);
+  EXPECT_EQ(refused.status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(std::string(refused.status().message()), HasSubstr("memory_limit"));
 }
 
 }  // namespace
