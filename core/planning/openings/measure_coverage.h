@@ -24,12 +24,13 @@ absl::StatusOr<Coverage> MeasureCoverage(const model::PlanningView& model,
                                          const PlanningConfig& config, const FloorMap& floor,
                                          Openings openings,
                                          const parallel::Cancellation& cancelled = {});
-// The same, without planning: finds floor and openings first. RESOURCE_EXHAUSTED where the columns
-// of the model's box would take more than config.memory_limit.
+
 struct CoveredSite {
   Coverage coverage;
   std::vector<Storey> storeys;  // from the lowest up, with the names that config gives them
 };
+// The same, without planning: finds floor and openings first. RESOURCE_EXHAUSTED where the columns
+// of the model's box would take more than config.memory_limit.
 absl::StatusOr<CoveredSite> MeasureSite(const model::PlanningView& model,
                                         std::span<const sensor::ScannerModel> scanners,
                                         const PlanningConfig& config,

@@ -135,6 +135,22 @@ TEST_P(OnSideTest, MostScansOnTheirSideAreToldSo) {
   EXPECT_GE(scans, 20);
   EXPECT_LE(silent, scans / 4) << "of " << scans;
 }
+// Corridors are narrower than high, which rooms hardly ever are.
+TEST(CorridorTest, UprightScansAreToldNothing) {
+  constexpr double kLength = 20;  // m
+  for (const double height : {2.4, 2.7, 3.0}) {
+    for (const double width : {1.4, 1.8, 2.2, 2.6, 3.0}) {
+      SCOPED_TRACE(absl::StrCat(width, " m wide, ", height, " m high"));
+      simulation::Scene scene = simulation::BoxRoom({kLength, width, height});
+      scene.rooms.push_back({"corridor", Eigen::AlignedBox2d(Eigen::Vector2d(1, 0),
+                                                             Eigen::Vector2d(kLength - 1, width))});
+      for (const Levelling& level : ScannedScene(scene, 3).Upright()) {
+        EXPECT_FALSE(level.maybe_on_side) << level.message;
+      }
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Scenes, OnSideTest, testing::Range(uint64_t{0}, uint64_t{12}));
 
 }  // namespace

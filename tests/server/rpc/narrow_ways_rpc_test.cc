@@ -77,20 +77,7 @@ class NarrowWaysRpc : public testing::Test {
     v1::CreatePlanRequest request;
     request.set_parent(session_);
     request.mutable_plan()->set_work_limit_rays(20'000'000);
-    v1::CreatePlanResponse created;
-    grpc::ClientContext context;
-    EXPECT_TRUE(server_.plans->CreatePlan(&context, request, &created).ok());
-    grpc::ClientContext watching;
-    v1::WatchPlanRequest watch;
-    watch.set_name(created.plan().name());
-    const auto stream = server_.plans->WatchPlan(&watching, watch);
-    v1::WatchPlanResponse step;
-    v1::Plan plan;
-    while (stream->Read(&step)) {
-      if (step.has_plan()) plan = step.plan();
-    }
-    EXPECT_EQ(plan.state(), v1::PLAN_STATE_SUCCEEDED) << plan.state_message();
-    return plan.result();
+    return server_.Plan(request).result();
   }
 
   void SetWidth(double width) {

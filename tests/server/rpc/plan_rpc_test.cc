@@ -38,18 +38,7 @@ class PlanRpc : public testing::Test {
     grpc::ClientContext context;
     return server_.plans->GetPlan(&context, request, &response);
   }
-  v1::Plan WatchToTheEnd(const std::string& name) {
-    grpc::ClientContext context;
-    v1::WatchPlanRequest request;
-    request.set_name(name);
-    const auto stream = server_.plans->WatchPlan(&context, request);
-    v1::WatchPlanResponse step;
-    while (stream->Read(&step)) {
-    }
-    EXPECT_TRUE(stream->Finish().ok());
-    EXPECT_TRUE(step.last());
-    return step.plan();
-  }
+  v1::Plan WatchToTheEnd(const std::string& name) { return server_.WatchToTheEnd(name); }
 };
 
 TEST(PlanHeartbeats, AWatchOfASilentPlanSaysThatItIsAlive) {

@@ -53,21 +53,7 @@ class PresetRpc : public testing::Test {
     request.set_parent(session_);
     request.mutable_plan()->set_work_limit_rays(5'000'000);
     request.mutable_plan()->set_choose_setting(choose_setting);
-    v1::CreatePlanResponse created;
-    grpc::ClientContext context;
-    const grpc::Status status = server_.plans->CreatePlan(&context, request, &created);
-    EXPECT_TRUE(status.ok()) << status.error_message();
-    v1::WatchPlanRequest watch;
-    watch.set_name(created.plan().name());
-    grpc::ClientContext watching;
-    const auto stream = server_.plans->WatchPlan(&watching, watch);
-    v1::WatchPlanResponse step;
-    v1::Plan plan;
-    while (stream->Read(&step)) {
-      if (step.has_plan()) plan = step.plan();
-    }
-    EXPECT_EQ(plan.state(), v1::PLAN_STATE_SUCCEEDED) << plan.state_message();
-    return plan;
+    return server_.Plan(request);
   }
 
   fixture::InProcess server_{session::Algorithms::Core()};

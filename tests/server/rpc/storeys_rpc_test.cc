@@ -110,21 +110,7 @@ class StoreysRpc : public testing::Test {
     request.set_parent(session_);
     request.mutable_plan()->set_work_limit_rays(5'000'000);
     request.mutable_plan()->mutable_config_overrides()->set_max_view_count(40);
-    v1::CreatePlanResponse created;
-    grpc::ClientContext context;
-    EXPECT_TRUE(server_.plans->CreatePlan(&context, request, &created).ok());
-    grpc::ClientContext watching;
-    v1::WatchPlanRequest watch;
-    watch.set_name(created.plan().name());
-    const auto stream = server_.plans->WatchPlan(&watching, watch);
-    v1::WatchPlanResponse step;
-    v1::Plan plan;
-    while (stream->Read(&step)) {
-      if (step.has_plan()) plan = step.plan();
-      Judge(plan.result());
-    }
-    EXPECT_EQ(plan.state(), v1::PLAN_STATE_SUCCEEDED) << plan.state_message();
-    return plan.result();
+    return server_.Plan(request, [this](const v1::Plan& plan) { Judge(plan.result()); }).result();
   }
 
   v1::EvaluateViewResponse Evaluate(const Eigen::Vector3d& place) {

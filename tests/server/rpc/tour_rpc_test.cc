@@ -286,21 +286,7 @@ class FollowedTourRpc : public TourRpc {
     plan = response.plan();
     return status;
   }
-  v1::Plan Made(const v1::CreatePlanRequest& request) {
-    v1::Plan plan;
-    const grpc::Status status = Create(request, plan);
-    EXPECT_TRUE(status.ok()) << status.error_message();
-    grpc::ClientContext context;
-    v1::WatchPlanRequest watch;
-    watch.set_name(plan.name());
-    const auto stream = planner_->plans->WatchPlan(&context, watch);
-    v1::WatchPlanResponse step;
-    while (stream->Read(&step)) {
-    }
-    EXPECT_TRUE(stream->Finish().ok());
-    EXPECT_EQ(step.plan().state(), v1::PLAN_STATE_SUCCEEDED) << step.plan().state_message();
-    return step.plan();
-  }
+  v1::Plan Made(const v1::CreatePlanRequest& request) { return planner_->Plan(request); }
 
   std::unique_ptr<fixture::InProcess> planner_;
 };
