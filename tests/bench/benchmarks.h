@@ -65,6 +65,8 @@ Benchmark BenchPhantom;
 // plan.answered.*, plan.first_view.*: whether short budgets give a view, and how soon the first is
 // shown.
 Benchmark BenchAnswers;
+// gap.*: the stated gap after short budgets.
+Benchmark BenchGap;
 // plan.anytime.*, plan.threads2.*: what is answered at a budget.
 Benchmark BenchAnytime;
 Benchmark BenchTour;  // tour.*

@@ -50,6 +50,7 @@ constexpr auto kGroups = std::to_array<Group>({
      "rays per second; whether budgets are kept; --full: 1,000 and 2,000 m2", 2, BenchPlanning},
     {"answers", "plan.answered plan.first_view.",
      "whether plans of 0.25 to 1 s have a view, idle and beside six busy loops", 4, BenchAnswers},
+    {"gap", "gap.", "what the stated gap says after 0.2 to 1 s; --full: 1,000 m2 too", 2, BenchGap},
     {"evaluator", "plan.exact.",
      "exact scores of all views, beside brute force; --full: 500 to 2,000 m2", 3, BenchEvaluator},
     {"heading", "heading.", "plans for a scanner that sees a sector, beside all around", 3,
