@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <memory>
 #include <random>
 #include <string>
@@ -201,6 +204,144 @@ TEST_F(TargetAdviceTest, TellsTwinsApart) {
   EXPECT_LT(off_, 0.01);
 }
 
+// m, least distance of a place from a line through two others; infinite of two places.
+double LeastOffLine(const TargetAdvice& advice) {
+  double least = std::numeric_limits<double>::infinity();
+  const std::vector<TargetPlace>& places = advice.places;
+  for (size_t i = 0; i < places.size(); ++i) {
+    for (size_t k = 0; k < i; ++k) {
+      const Eigen::Vector3d along = (places[k].position - places[i].position).normalized();
+      for (size_t l = 0; l < places.size(); ++l) {
+        if (l == i || l == k) continue;
+        least = std::min(least, along.cross(places[l].position - places[i].position).norm());
+      }
+    }
+  }
+  return least;
+}
+
+// Targets that a network has along one wall, all at one height: where a third is needed, one that
+// lies elsewhere is taken, although those in the line are nearer.
+TEST_F(TargetAdviceTest, ThreeAreNotInALine) {
+  PlanningConfig config;
+  config.registration.required_accuracy = 0.0065;
+  for (int i = 0; i < 5; ++i) {
+    config.targets.push_back({"line " + std::to_string(i), {1.2 + 1.1 * i, 0.95, 1.4}, 0.006});
+  }
+  config.targets.push_back({"other side", {5.0, -0.95, 1.8}, 0.008});
+  config.targets.push_back({"low", {1.0, -0.95, 0.8}, 0.008});
+  Model(registration::Corridor(), config);
+  const RankedView view = View(3, 0.3);
+  ASSERT_FALSE(view.verdict.registered());
+  const std::optional<TargetAdvice> advice = Find(view);
+  ASSERT_TRUE(advice.has_value());
+  ASSERT_GE(advice->places.size(), 3u) << TargetAdviceWords(*advice, {0, 0, 0});
+  EXPECT_GE(LeastOffLine(*advice), 0.3) << TargetAdviceWords(*advice, {0, 0, 0});
+  // With control: which points to scan.
+  for (const TargetPlace& place : advice->places) EXPECT_FALSE(place.target.empty());
+  EXPECT_NE(TargetAdviceWords(*advice, {0, 0, 0}).find("scan targets '"), std::string::npos);
+}
+
+// A flight of which both ends are out of range: one step up it looks the same.
+BoxScene Stairs() {
+  constexpr double kTread = 0.28;
+  constexpr double kRise = 0.17;
+  constexpr int kSteps = 110;
+  BoxScene scene;
+  scene.room = {Eigen::Vector3d(-100, -0.8, -100), Eigen::Vector3d(100, 0.8, 100)};
+  for (int k = -kSteps; k < kSteps; ++k) {
+    const double x = kTread * k;
+    const double floor = kRise * k;
+    scene.solids.push_back(
+        {Eigen::Vector3d(x, -0.8, floor - 1), Eigen::Vector3d(x + kTread, 0.8, floor)});
+    scene.solids.push_back(
+        {Eigen::Vector3d(x, -0.8, floor + 2.5), Eigen::Vector3d(x + kTread, 0.8, floor + 3.5)});
+  }
+  return scene;
+}
+
+TEST_F(TargetAdviceTest, OnStairsASecondStationAndHowManyTargetsAreNamed) {
+  PlanningConfig config;
+  config.registration.prior_sigma = 0.3;
+  config.scanned_from = {{"sessions/job/scans/foot", {0, 0, kHeight}, 0}};
+  Model(Stairs(), config);
+  // Nine steps up, and the scanner as high over the ninth as over the first.
+  RankedView view;
+  view.position = {9 * 0.28, 0.1, kHeight + 9 * 0.17};
+  view.verdict = problem_->overlap()
+                     .Predict(view.position, problem_->scene(), problem_->config().registration,
+                              parallel::Budget::Unlimited())
+                     ->verdict;
+  ASSERT_FALSE(view.verdict.registered());
+  EXPECT_EQ(view.verdict.bases.front(), registration::RegistrationBasis::kRivalPose)
+      << view.verdict.reason;
+  const std::optional<TargetAdvice> advice = Find(view);
+  ASSERT_TRUE(advice.has_value()) << view.verdict.reason;
+  EXPECT_EQ(advice->seen_from, std::vector<std::string>{"sessions/job/scans/foot"});
+  EXPECT_GE(LeastOffLine(*advice), 0.3);
+  for (const TargetPlace& place : advice->places) {
+    EXPECT_NEAR(std::abs(place.position.y()), 0.8, 0.05) << "on the side walls";
+    const double tread = 0.17 * std::floor(place.position.x() / 0.28);
+    EXPECT_GE(place.position.z() - tread, 0.3);
+    EXPECT_LE(place.position.z() - tread, 2.3);
+  }
+  // Its scan, of which the odometer says that it was made a step further up, is right with them.
+  const registration::RegistrationResult with = ScanWith(view, advice->places, 0.3);
+  EXPECT_TRUE(with.verdict.registered()) << with.verdict.reason;
+  EXPECT_LT(off_, with.verdict.error_bound);
+}
+
+// Floor and ceiling of a passage; its sides are of glass, of which nothing comes back.
+BoxScene GlassPassage(bool one_wall) {
+  BoxScene scene;
+  scene.room = {Eigen::Vector3d(-100, -100, -100), Eigen::Vector3d(100, 100, 100)};
+  scene.solids = {{Eigen::Vector3d(-30, -1, -0.2), Eigen::Vector3d(30, 1, 0)},
+                  {Eigen::Vector3d(-30, -1, 2.5), Eigen::Vector3d(30, 1, 2.7)}};
+  if (one_wall) {
+    scene.solids.push_back({Eigen::Vector3d(-30, 1, 0), Eigen::Vector3d(30, 1.2, 2.5)});
+  }
+  return scene;
+}
+
+TEST_F(TargetAdviceTest, BesideGlassTheyGoOnTheOtherWall) {
+  Model(GlassPassage(true), {});
+  const RankedView view = View(3, 0.1);
+  ASSERT_FALSE(view.verdict.registered());
+  const std::optional<TargetAdvice> advice = Find(view);
+  ASSERT_TRUE(advice.has_value()) << view.verdict.reason;
+  for (const TargetPlace& place : advice->places) EXPECT_NEAR(place.position.y(), 1, 0.05);
+  EXPECT_GE(LeastOffLine(*advice), 0.3);
+  EXPECT_EQ(TargetAdviceWords(*advice, {0, 0, 0}).find("stand"), std::string::npos);
+  EXPECT_FALSE(ScanWith(view, {}, 0.2).verdict.registered());
+  EXPECT_TRUE(ScanWith(view, advice->places, 0.2).verdict.registered());
+  EXPECT_LT(off_, 0.01);
+}
+
+// There is no wall to put them on.
+TEST_F(TargetAdviceTest, BetweenGlassTheyStandOnTheFloor) {
+  PlanningConfig config;
+  config.scanned_from = {{"sessions/job/scans/first", {0, 0, kHeight}, 0}};
+  Model(GlassPassage(false), config);
+  const RankedView view = View(3, 0.1);
+  ASSERT_FALSE(view.verdict.registered());
+  const std::optional<TargetAdvice> advice = Find(view);
+  ASSERT_TRUE(advice.has_value()) << view.verdict.reason;
+  ASSERT_GE(advice->places.size(), 2u);
+  for (const TargetPlace& place : advice->places) {
+    EXPECT_NEAR(place.position.z(), 1.2, 0.05);
+    EXPECT_LE(std::abs(place.position.y()), 1.0) << "where there is floor";
+    ASSERT_TRUE(place.normal.has_value());
+    EXPECT_EQ(place.normal->z(), 1);
+  }
+  EXPECT_GE(LeastOffLine(*advice), 0.3);
+  EXPECT_EQ(advice->seen_from, std::vector<std::string>{"sessions/job/scans/first"});
+  const std::string words = TargetAdviceWords(*advice, {0, 0, 0});
+  EXPECT_NE(words.find("on a stand at"), std::string::npos) << words;
+  EXPECT_FALSE(ScanWith(view, {}, 0.2).verdict.registered());
+  EXPECT_TRUE(ScanWith(view, advice->places, 0.2).verdict.registered());
+  EXPECT_LT(off_, 0.01);
+}
+
 TEST_F(TargetAdviceTest, SaysNothingWhereTargetsAreNotWhatIsWanting) {
   Model(registration::FurnishedRoom(3), {});
   RankedView view = View(0.8, 0.6);
@@ -208,6 +349,17 @@ TEST_F(TargetAdviceTest, SaysNothingWhereTargetsAreNotWhatIsWanting) {
   view.verdict.outcome = registration::RegistrationOutcome::kDoubtful;
   view.verdict.overlap_share = 0.05;
   EXPECT_FALSE(Find(view).has_value()) << "overlaps too little";
+}
+
+// Three in one passage, and those that lie elsewhere after them.
+TEST_F(TargetAdviceTest, OtherPassagesGetItToo) {
+  Model(registration::Corridor(), {});
+  Plan plan;
+  for (const double x : {3.0, 2.6, 3.4, 3.2, -3.0, -2.8}) plan.refused.push_back(View(x, 0.3));
+  AdviseTargets(*problem_, parallel::Budget::Unlimited(), plan);
+  EXPECT_FALSE(plan.refused[3].targets.has_value());
+  EXPECT_TRUE(plan.refused[4].targets.has_value());
+  EXPECT_FALSE(plan.refused[5].targets.has_value());
 }
 
 TEST_F(TargetAdviceTest, TheBestRefusedViewsOfAPlanGetIt) {
