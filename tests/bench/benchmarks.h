@@ -25,7 +25,6 @@ Benchmark BenchChange;   // change.*
 Benchmark BenchLoop;
 Benchmark BenchPrediction;  // predict.kept.*, predict.missed.*
 Benchmark BenchAdvice;      // advice.*
-Benchmark BenchDoubt;       // doubt.*
 Benchmark BenchOverlap;     // predict.overlap.*
 Benchmark BenchCycle;       // cycle.*
 Benchmark BenchCarve;       // carve.*

@@ -79,9 +79,6 @@ constexpr auto kGroups = std::to_array<Group>({
     {"promises", "predict.kept. predict.missed.",
      "views promised to register, and whether their scans do; --full: in four times the scenes", 4,
      BenchPrediction},
-    {"doubt", "doubt.",
-     "scans in doubt, once their surroundings are scanned; --full: four times the scenes", 4,
-     BenchDoubt},
     {"advice", "advice.",
      "views that were refused, and whether their scans register with the targets that are advised; "
      "--full: in four times the scenes",
