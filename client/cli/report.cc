@@ -234,6 +234,34 @@ std::string AdjustmentLines(const v1::Scan& scan) {
   return out + "\n";
 }
 
+// Poses of a scan that waits for a person, by the numbers that 'scan accept' takes, and how.
+std::string PosesToAccept(const v1::Scan& scan) {
+  const v1::Registration& r = scan.registration();
+  const bool open = r.rival_poses_size() > 0;
+  std::string out = absl::StrCat(open ? "  pose 1    " : "            at ", Text(r.pose()), "\n");
+  for (int i = 0; i < r.rival_poses_size(); ++i) {
+    const v1::RivalPose& rival = r.rival_poses(i);
+    absl::StrAppendFormat(&out, "  pose %d    %s: %s away, fits %.0f %% as well\n", i + 2,
+                          Text(rival.pose()), Length(rival.distance_m()), 100 * rival.fit_share());
+  }
+  if (scan.has_pose_proposal()) {
+    const v1::PoseProposal& proposal = scan.pose_proposal();
+    absl::StrAppendFormat(&out, "  proposed  %s%s\n            %s\n",
+                          proposal.has_rival_pose()
+                              ? absl::StrFormat("pose %d, now ", proposal.rival_pose() + 1)
+                              : "",
+                          Text(proposal.registration().pose()), proposal.message());
+  }
+  if (!open && !scan.has_pose_proposal()) return out;
+  absl::StrAppendFormat(
+      &out, "            vantage scan accept %s/%s %s%s takes %s\n",
+      client::IdOf(client::SessionOf(scan.name())), client::IdOf(scan.name()),
+      scan.has_pose_proposal() ? "--proposed" : "--pose N",
+      scan.etag().empty() ? "" : absl::StrCat(" --seen ", scan.etag()),
+      scan.has_pose_proposal() ? "what is proposed, --pose N another" : "one of them");
+  return out;
+}
+
 // 'came since scan 3: 0.9 x 0.1 x 2.0 m around (1.20, 0.40, 1.10)'
 std::string ChangeWords(const v1::SiteChange& change) {
   const v1::Box& box = change.box();
@@ -283,21 +311,7 @@ std::string ScanReport(const v1::Scan& scan) {
                             "scanned before is where it was\n",
                             r.moved_area_m2());
     }
-    const bool open = !scan.has_pose() && r.rival_poses_size() > 0;
-    if (!scan.has_pose()) {
-      absl::StrAppend(&out, open ? "  pose 1    " : "            at ", Text(r.pose()), "\n");
-    }
-    for (int i = 0; open && i < r.rival_poses_size(); ++i) {
-      const v1::RivalPose& rival = r.rival_poses(i);
-      absl::StrAppendFormat(&out, "  pose %d    %s: %s away, fits %.0f %% as well\n", i + 2,
-                            Text(rival.pose()), Length(rival.distance_m()),
-                            100 * rival.fit_share());
-    }
-    if (open) {
-      absl::StrAppendFormat(
-          &out, "            vantage scan accept %s/%s --pose N takes one of them\n",
-          client::IdOf(client::SessionOf(scan.name())), client::IdOf(scan.name()));
-    }
+    if (!scan.has_pose()) absl::StrAppend(&out, PosesToAccept(scan));
   }
   if (scan.has_merge()) {
     absl::StrAppendFormat(&out, "  merged    model version %d; carve %s, merge %s\n",

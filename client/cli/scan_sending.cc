@@ -262,7 +262,9 @@ ExitCode ReportSent(const SendingFlags& flags, const Sending& sending, const v1:
                "withdraw %s'\n",
                name.c_str(), id.c_str(),
                scan.state() == v1::SCAN_STATE_DOUBTFUL
-                   ? absl::StrFormat(", or 'vantage scan accept %s' if it is right", id).c_str()
+                   ? absl::StrFormat(", or 'vantage scan accept %s%s' if it is right", id,
+                                     scan.registration().rival_poses_size() > 0 ? " --pose N" : "")
+                         .c_str()
                    : "",
                id.c_str());
   return ExitCode::kUnwelcome;

@@ -42,8 +42,13 @@ std::string Words(const v1::SessionEvent& event) {
                                                          : "whole, in place of its preview");
     case v1::SessionEvent::kScanRegistered:
       return ScanWords(event.scan_registered().scan(), "registered");
-    case v1::SessionEvent::kScanRefused:
-      return ScanWords(event.scan_refused().scan(), "refused");
+    case v1::SessionEvent::kScanRefused: {
+      const v1::Scan& scan = event.scan_refused().scan();
+      if (!scan.has_pose_proposal()) return ScanWords(scan, "refused");
+      v1::Scan unjudged = scan;
+      unjudged.clear_registration();
+      return ScanWords(unjudged, absl::StrCat("in doubt: ", scan.pose_proposal().message()));
+    }
     case v1::SessionEvent::kScanAccepted:
       return ScanWords(event.scan_accepted().scan(), "accepted by a person");
     case v1::SessionEvent::kScanPoseSet:

@@ -1,6 +1,7 @@
 #include "core/model/partial_model.h"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <chrono>
 #include <cmath>
@@ -239,14 +240,14 @@ absl::StatusOr<MergeReport> PartialModel::Replace(absl::string_view old, absl::s
 absl::StatusOr<MergeReport> PartialModel::Move(
     std::span<const ScanMove> moves,
     absl::FunctionRef<absl::StatusOr<sensor::Scan>(absl::string_view id)> load,
-    parallel::Parallel& parallel, int64_t memory_limit) {
+    parallel::Parallel& parallel, int64_t memory_limit, size_t at_once) {
   for (const ScanMove& move : moves) {
     if (state_->layers.contains(move.id)) continue;
     return absl::NotFoundError(absl::StrCat("scan '", move.id, "' is not in the model"));
   }
   return moves.size() * kShareMovedAlone <= state_->layers.size()
              ? MoveEach(moves, load, parallel, memory_limit)
-             : MoveTogether(moves, load, parallel, memory_limit);
+             : MoveTogether(moves, load, parallel, memory_limit, at_once);
 }
 
 absl::StatusOr<MergeReport> PartialModel::MoveEach(
@@ -285,25 +286,43 @@ absl::StatusOr<MergeReport> PartialModel::MoveEach(
 absl::StatusOr<MergeReport> PartialModel::MoveTogether(
     std::span<const ScanMove> moves,
     absl::FunctionRef<absl::StatusOr<sensor::Scan>(absl::string_view id)> load,
-    parallel::Parallel& parallel, int64_t memory_limit) {
+    parallel::Parallel& parallel, int64_t memory_limit, size_t at_once) {
   State& state = *state_;
   MergeReport report;
-  for (const ScanMove& move : moves) {
+  const auto carve_start = std::chrono::steady_clock::now();
+  const auto carve = [&](const ScanMove& move) -> absl::Status {
     const absl::StatusOr<sensor::Scan> scan = load(move.id);
     if (!scan.ok()) return scan.status();
     absl::Status valid = CheckInput(*scan, move.T_model_scan, state.config);
     if (!valid.ok()) return valid;
-    const auto start = std::chrono::steady_clock::now();
     std::unique_ptr<ScanLayer>& layer = state.layers.at(move.id);
     layer.reset();  // its room is for what comes in its place
     absl::StatusOr<std::unique_ptr<ScanLayer>> carved =
         CarveWithin(memory_limit, *scan, move.T_model_scan, state.config, parallel);
     if (!carved.ok()) return carved.status();
     layer = *std::move(carved);
-    report.carve_seconds += SecondsSince(start);
-    report.samples += layer->samples;
-    report.empty_voxels += layer->empty_voxels;
-    report.surface_voxels += layer->surface_voxels;
+    return absl::OkStatus();
+  };
+  // A thread of its own for each of those at once; who has none left helps the others inside.
+  const size_t lanes = std::clamp<size_t>(
+      at_once, 1, std::min(moves.size(), static_cast<size_t>(std::max(1, parallel.width()))));
+  std::vector<absl::Status> outcomes(lanes);
+  std::atomic<bool> failed{false};
+  parallel.For(lanes, [&](size_t lane) {
+    for (size_t i = lane; i < moves.size() && !failed; i += lanes) {
+      outcomes[lane] = carve(moves[i]);
+      if (!outcomes[lane].ok()) failed = true;
+    }
+  });
+  for (const absl::Status& outcome : outcomes) {
+    if (!outcome.ok()) return outcome;
+  }
+  report.carve_seconds = SecondsSince(carve_start);
+  for (const ScanMove& move : moves) {
+    const ScanLayer& layer = *state.layers.at(move.id);
+    report.samples += layer.samples;
+    report.empty_voxels += layer.empty_voxels;
+    report.surface_voxels += layer.surface_voxels;
   }
 
   const auto start = std::chrono::steady_clock::now();

@@ -76,13 +76,16 @@ class PartialModel {
                                       int64_t memory_limit = std::numeric_limits<int64_t>::max());
 
   // Moves scans to other poses: the model is then, bit for bit, as if they had been merged there in
-  // the first place, in the order in which they came. `load` gives a scan's samples again, one scan
-  // at a time. Errors as of Insert(), and those of `load`; NOT_FOUND: a scan is not in the model,
-  // which is then as it was. After any other error the model may only be destroyed.
+  // the first place, in the order in which they came. `load` gives a scan's samples again; where
+  // many are moved, `at_once` scans at the same time (at most parallel.width()), each with its own
+  // `memory_limit`, since what one thread does of a scan others would wait for. Errors as of
+  // Insert(), and those of `load`; NOT_FOUND: a scan is not in the model, which is then as it was.
+  // After any other error the model may only be destroyed.
   absl::StatusOr<MergeReport> Move(
       std::span<const ScanMove> moves,
       absl::FunctionRef<absl::StatusOr<sensor::Scan>(absl::string_view id)> load,
-      parallel::Parallel& parallel, int64_t memory_limit = std::numeric_limits<int64_t>::max());
+      parallel::Parallel& parallel, int64_t memory_limit = std::numeric_limits<int64_t>::max(),
+      size_t at_once = 1);
 
   // Says in which order its scans came, which is the order of the stations and nothing else.
   // INVALID_ARGUMENT: these are not its scans.
@@ -129,7 +132,7 @@ class PartialModel {
   absl::StatusOr<MergeReport> MoveTogether(
       std::span<const ScanMove> moves,
       absl::FunctionRef<absl::StatusOr<sensor::Scan>(absl::string_view id)> load,
-      parallel::Parallel& parallel, int64_t memory_limit);
+      parallel::Parallel& parallel, int64_t memory_limit, size_t at_once);
   std::unique_ptr<State> state_;
 };
 

@@ -247,6 +247,9 @@ absl::Status CheckRequest(const v1::AcceptScanRequest& request) {
     violations.Add("rival_pose", absl::StrCat("is ", request.rival_pose(),
                                               "; 0 is the aligned pose, the others count from 1"));
   }
+  if (request.proposed() && request.rival_pose() > 0) {
+    violations.Add("proposed", "names a pose, and rival_pose another; set one of them");
+  }
   return violations.ToStatus();
 }
 

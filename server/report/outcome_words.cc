@@ -39,7 +39,8 @@ Text BasisText(v1::RegistrationBasis basis) {
 std::string ReasonWords(const v1::Scan& scan, const Words& say) {
   if (!scan.has_registration()) return say(Text::kBasisNotStated);
   const v1::RegistrationVerdict& verdict = scan.registration().verdict();
-  if (verdict.outcome() == v1::REGISTRATION_OUTCOME_REGISTERED) return say(Text::kBasisNotStated);
+  // It would register by now, and was accepted since it did not when it came.
+  if (verdict.outcome() == v1::REGISTRATION_OUTCOME_REGISTERED) return say(Text::kBasisSettled);
   if (verdict.basis() == v1::REGISTRATION_BASIS_SCAN_GEOMETRY) {
     return say(Text::kBasisGeometryShort, say.Length(verdict.error_bound_m()));
   }

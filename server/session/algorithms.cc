@@ -65,7 +65,8 @@ Algorithms Algorithms::Core() {
           registration::ComparePoses,
           make_tour,
           registration::LinkScans,
-          registration::Adjust};
+          registration::Adjust,
+          true};
 }
 
 }  // namespace vantage::session

@@ -103,6 +103,8 @@ struct Algorithms {
       link_scans;
   std::function<absl::StatusOr<registration::Adjustment>(const registration::PoseGraph&)>
       adjust_poses;
+  // Scans in doubt are aligned again when the model has changed (DoubtProposals).
+  bool try_doubts_again = false;
 
   // The core's algorithms.
   static Algorithms Core();

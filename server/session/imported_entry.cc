@@ -180,11 +180,25 @@ class Check {
       Name(scan.pose_reference().scan(), "scans", "scan.pose_reference.scan");
       Pose(scan.pose_reference().pose(), "scan.pose_reference.pose");
     }
+    if (scan.has_pose_proposal()) Proposal(scan.pose_proposal());
     const bool placed =
         scan.state() == v1::SCAN_STATE_MERGING || scan.state() == v1::SCAN_STATE_MERGED;
     if (placed && !scan.has_pose()) violations_.Add("scan.pose", "is required in its state");
     if (scan.encoded_size_bytes() < 0 || scan.encoded_size_bytes() > limits_.encoded_scan_bytes) {
       violations_.Add("scan.encoded_size_bytes", "is more than a scan may have");
+    }
+  }
+  void Proposal(const v1::PoseProposal& proposal) {
+    Pose(proposal.registration().pose(), "scan.pose_proposal.registration.pose");
+    if (!proposal.pose_reference().scan().empty()) {
+      Name(proposal.pose_reference().scan(), "scans", "scan.pose_proposal.pose_reference.scan");
+      Pose(proposal.pose_reference().pose(), "scan.pose_proposal.pose_reference.pose");
+    }
+    for (const std::string& scan : proposal.agreeing_scans()) {
+      Name(scan, "scans", "scan.pose_proposal.agreeing_scans");
+    }
+    for (const std::string& scan : proposal.contradicting_scans()) {
+      Name(scan, "scans", "scan.pose_proposal.contradicting_scans");
     }
   }
   void Adjustment(const v1::PoseAdjustment& adjustment) {

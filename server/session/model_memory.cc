@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <map>
 #include <optional>
 #include <utility>
@@ -287,7 +288,7 @@ absl::StatusOr<model::MergeReport> ModelMemory::Withdraw(const v1::Scan& scan,
 }
 
 absl::StatusOr<model::MergeReport> ModelMemory::Move(const std::vector<PosedScan>& scans,
-                                                     parallel::Parallel& parallel) {
+                                                     parallel::Parallel& parallel, size_t at_once) {
   std::vector<model::ScanMove> moves;
   std::map<std::string, const v1::Scan*> by_key;
   for (const PosedScan& posed : scans) {
@@ -298,7 +299,7 @@ absl::StatusOr<model::MergeReport> ModelMemory::Move(const std::vector<PosedScan
   const auto load = [&](absl::string_view key) {
     return LoadScan(context_, *by_key.at(std::string(key)));
   };
-  return model_->Move(moves, load, parallel);
+  return model_->Move(moves, load, parallel, std::numeric_limits<int64_t>::max(), at_once);
 }
 
 std::string ModelMemory::PreviewKeyOf(const v1::Scan& scan) const {
@@ -498,7 +499,7 @@ absl::Status ModelMemory::Rebuild(parallel::Parallel& parallel) {
   }
   if (!moved.empty()) {
     if (context_.draining()) return Draining();
-    absl::Status done = Move(moved, parallel).status();
+    absl::Status done = Move(moved, parallel, 1).status();
     if (absl::IsUnavailable(done)) return done;
     if (!done.ok()) {
       // What can be had of the scans is merged again, and what cannot is told.

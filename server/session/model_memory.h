@@ -133,7 +133,7 @@ class ModelMemory {
     Eigen::Isometry3d T_model_scan = Eigen::Isometry3d::Identity();
   };
   absl::StatusOr<model::MergeReport> Move(const std::vector<PosedScan>& scans,
-                                          parallel::Parallel& parallel);
+                                          parallel::Parallel& parallel, size_t at_once);
   // Of the scans in it; goes with it.
   LinkSurfaces& link_surfaces() { return link_surfaces_; }
   // True when the model holds the preview of a scan that is to come in its place; Insert() puts it

@@ -134,7 +134,9 @@ absl::Status PoseAdjuster::MoveInModel(const std::vector<Move>& moves,
     }
   }
   if (scans.empty()) return absl::OkStatus();
-  // What the largest takes; the layers that come take the room of those that go.
+  // What the largest takes, for each thread where there is room for so many; the layers that come
+  // take the room of those that go.
+  size_t at_once = std::min(scans.size(), static_cast<size_t>(std::max(1, parallel.width())));
   absl::StatusOr<MemoryAccount::Reservation> reservation =
       model_.Reserve(ModelMemory::EstimateAlignment(*largest));
   if (!reservation.ok()) return reservation.status();
@@ -142,12 +144,16 @@ absl::Status PoseAdjuster::MoveInModel(const std::vector<Move>& moves,
     const absl::StatusOr<sensor::Scan> data = LoadScan(context_, *largest);
     if (!data.ok()) return data.status();
     const model::InsertSize size(*data, model_.config());
-    absl::Status room =
-        model_.Enlarge(*reservation, ModelMemory::DecodedBytes(*data) + size.PeakBytes());
+    const int64_t each = ModelMemory::DecodedBytes(*data) + size.PeakBytes();
+    absl::Status room = model_.Enlarge(*reservation, static_cast<int64_t>(at_once) * each);
+    if (!room.ok() && at_once > 1) {
+      at_once = 1;
+      room = model_.Enlarge(*reservation, each);
+    }
     if (!room.ok()) return room;
   }
   absl::Status moved =
-      contract::UnlessOutOfMemory([&] { return model_.Move(scans, parallel).status(); });
+      contract::UnlessOutOfMemory([&] { return model_.Move(scans, parallel, at_once).status(); });
   if (!moved.ok()) model_.Forget();
   return moved;
 }

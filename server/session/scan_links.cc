@@ -1,6 +1,7 @@
 #include "server/session/scan_links.h"
 
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,13 +18,14 @@ namespace {
 struct OtherScan {
   v1::Scan scan;
   Eigen::Isometry3d T_model_scan = Eigen::Isometry3d::Identity();
-  double distance = 0;  // m, between the scanners
+  double distance = 0;   // m, between the scanners; the least of all poses
+  uint64_t entered = 0;  // the version of the model that was the first with it in
   LinkSurfaces::Surface surface;
 };
 
-// The nearest scans in the model that may be linked.
+// The scans in the model that may be linked and are nearest to one of the poses of another.
 std::vector<OtherScan> NearestOf(const SessionContext& context, const v1::Scan& scan,
-                                 const Eigen::Isometry3d& T_model_scan) {
+                                 std::span<const Eigen::Isometry3d> poses) {
   std::vector<OtherScan> others;
   context.journal().Read([&](const SessionState& state) {
     for (const std::string& name : state.scan_order) {
@@ -33,7 +35,12 @@ std::vector<OtherScan> NearestOf(const SessionContext& context, const v1::Scan& 
       OtherScan other;
       other.scan = record.scan;
       other.T_model_scan = conversion::ReadOwnPose(record.scan.pose(), context.origin());
-      other.distance = (other.T_model_scan.translation() - T_model_scan.translation()).norm();
+      other.entered = record.entered;
+      other.distance = std::numeric_limits<double>::infinity();
+      for (const Eigen::Isometry3d& pose : poses) {
+        other.distance = std::min(other.distance,
+                                  (other.T_model_scan.translation() - pose.translation()).norm());
+      }
       others.push_back(std::move(other));
     }
   });
@@ -61,52 +68,96 @@ v1::ScanLink WriteLink(const registration::LinkOutcome& outcome) {
   return out;
 }
 
-}  // namespace
+// A scan and those around it, enough to seek links at any of its poses.
+struct Neighbourhood {
+  registration::RegistrationConfig config;
+  LinkSurfaces::Surface own;
+  std::vector<OtherScan> others;  // by name
+};
 
-std::vector<v1::ScanLink> LinksOf(SessionContext& context, ModelMemory& model, const v1::Scan& scan,
-                                  const sensor::Scan& data, parallel::Parallel& parallel) {
+Neighbourhood AroundPoses(SessionContext& context, ModelMemory& model, const v1::Scan& scan,
+                          const sensor::Scan& data, std::span<const Eigen::Isometry3d> poses,
+                          parallel::Parallel& parallel) {
   const SessionDependencies& dependencies = context.dependencies();
-  if (!dependencies.algorithms.link_scans || !IsChained(scan)) return {};
+  Neighbourhood around;
   v1::PlanningConfig written;
   context.journal().Read(
       [&](const SessionState& state) { written = state.session.planning_config(); });
   contract::Violations violations;
-  const registration::RegistrationConfig config =
+  around.config =
       conversion::ReadPlanningConfig(written, {}, context.origin(), model.config().voxel_size,
                                      "planning_config", "", violations)
           .registration;
   LinkSurfaces& surfaces = model.link_surfaces();
   const auto make = [&](const std::string& sha256, const sensor::Scan& samples) {
     auto surface = std::make_shared<const registration::LinkSurface>(
-        registration::MakeLinkSurface(samples, config, parallel));
+        registration::MakeLinkSurface(samples, around.config, parallel));
     surfaces.Keep(sha256, surface, dependencies.memory, context.tenant());
     return surface;
   };
-
-  const Eigen::Isometry3d T_model_scan = conversion::ReadOwnPose(scan.pose(), context.origin());
-  std::vector<OtherScan> others = NearestOf(context, scan, T_model_scan);
-  const LinkSurfaces::Surface own = make(scan.sha256(), data);
-  for (OtherScan& other : others) {
+  around.others = NearestOf(context, scan, poses);
+  around.own = make(scan.sha256(), data);
+  for (OtherScan& other : around.others) {
     other.surface = surfaces.Find(other.scan.sha256());
     if (other.surface != nullptr) continue;
     const absl::StatusOr<sensor::Scan> samples = LoadScan(context, other.scan);
     if (samples.ok()) other.surface = make(other.scan.sha256(), *samples);
   }
-  std::vector<registration::LinkOutcome> outcomes(others.size());
-  parallel.For(others.size(), [&](size_t i) {
-    const OtherScan& other = others[i];
-    if (other.surface == nullptr) return;
-    const std::string& name = other.scan.name();
-    const registration::PlacedSurface a{scan.name(), *own, T_model_scan};
-    const registration::PlacedSurface b{name, *other.surface, other.T_model_scan};
-    if (!registration::MayOverlap(a, b)) return;
-    outcomes[i] = dependencies.algorithms.link_scans(a, b, config, {});
-  });
+  return around;
+}
+
+// Of the `i`-th of those around it.
+registration::LinkOutcome LinkAt(const SessionContext& context, const Neighbourhood& around,
+                                 const v1::Scan& scan, const Eigen::Isometry3d& T_model_scan,
+                                 size_t i) {
+  const OtherScan& other = around.others[i];
+  if (other.surface == nullptr) return {};
+  const std::string& name = other.scan.name();
+  const registration::PlacedSurface a{scan.name(), *around.own, T_model_scan};
+  const registration::PlacedSurface b{name, *other.surface, other.T_model_scan};
+  if (!registration::MayOverlap(a, b)) return {};
+  return context.dependencies().algorithms.link_scans(a, b, around.config, {});
+}
+
+}  // namespace
+
+std::vector<v1::ScanLink> LinksOf(SessionContext& context, ModelMemory& model, const v1::Scan& scan,
+                                  const sensor::Scan& data, parallel::Parallel& parallel) {
+  if (!context.dependencies().algorithms.link_scans || !IsChained(scan)) return {};
+  const Eigen::Isometry3d T_model_scan = conversion::ReadOwnPose(scan.pose(), context.origin());
+  const Neighbourhood around =
+      AroundPoses(context, model, scan, data, std::span(&T_model_scan, 1), parallel);
+  std::vector<registration::LinkOutcome> outcomes(around.others.size());
+  parallel.For(outcomes.size(),
+               [&](size_t i) { outcomes[i] = LinkAt(context, around, scan, T_model_scan, i); });
   std::vector<v1::ScanLink> links;
   for (const registration::LinkOutcome& outcome : outcomes) {
     if (outcome.link.has_value()) links.push_back(WriteLink(outcome));
   }
   return links;
+}
+
+std::vector<std::vector<registration::PairAtPose>> PairsAtPoses(
+    SessionContext& context, ModelMemory& model, const v1::Scan& scan, const sensor::Scan& data,
+    std::span<const Eigen::Isometry3d> poses, uint64_t judged, parallel::Parallel& parallel) {
+  std::vector<std::vector<registration::PairAtPose>> pairs(poses.size());
+  if (!context.dependencies().algorithms.link_scans) return pairs;
+  const Neighbourhood around = AroundPoses(context, model, scan, data, poses, parallel);
+  const size_t others = around.others.size();
+  for (std::vector<registration::PairAtPose>& at_pose : pairs) {
+    at_pose.resize(others);
+    for (size_t i = 0; i < others; ++i) {
+      at_pose[i].scan = around.others[i].scan.name();
+      at_pose[i].came_since = around.others[i].entered > judged;
+    }
+  }
+  parallel.For(poses.size() * others, [&](size_t k) {
+    const size_t pose = k / others;
+    pairs[pose][k % others].outcome = LinkAt(context, around, scan, poses[pose], k % others);
+  });
+  // It may never come into the model, and what is kept is for those that are.
+  model.link_surfaces().Drop(scan.sha256());
+  return pairs;
 }
 
 }  // namespace vantage::session

@@ -2,10 +2,12 @@
 #ifndef VANTAGE_SERVER_SESSION_SCAN_LINKS_H_
 #define VANTAGE_SERVER_SESSION_SCAN_LINKS_H_
 
+#include <span>
 #include <vector>
 
 #include "core/parallel/parallel.h"
 #include "core/registration/graph/link.h"
+#include "core/registration/graph/settled_doubt.h"
 #include "core/sensor/scan.h"
 #include "server/session/model_memory.h"
 #include "server/session/session_context.h"
@@ -24,6 +26,14 @@ inline constexpr size_t kMostLinkedScans = 24;
 // To be called on the strand.
 std::vector<v1::ScanLink> LinksOf(SessionContext& context, ModelMemory& model, const v1::Scan& scan,
                                   const sensor::Scan& data, parallel::Parallel& parallel);
+
+// What scans in the model, the kMostLinkedScans nearest to any of the poses (model frame), say of
+// each of them, at which a scan that is not in the model may have been made: for each pose the same
+// scans, by name. `came_since`: they are there since a later version of the model than `judged`. As
+// above otherwise.
+std::vector<std::vector<registration::PairAtPose>> PairsAtPoses(
+    SessionContext& context, ModelMemory& model, const v1::Scan& scan, const sensor::Scan& data,
+    std::span<const Eigen::Isometry3d> poses, uint64_t judged, parallel::Parallel& parallel);
 
 }  // namespace vantage::session
 

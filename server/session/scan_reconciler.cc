@@ -1,7 +1,6 @@
 #include "server/session/scan_reconciler.h"
 
 #include <chrono>
-#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -18,8 +17,7 @@
 #include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
 #include "server/session/gain_promise.h"
-#include "server/session/header_frame.h"
-#include "server/session/instrument.h"
+#include "server/session/scan_alignment.h"
 #include "server/session/scan_links.h"
 #include "server/session/sightings.h"
 #include "server/session/stored_scans.h"
@@ -35,14 +33,11 @@ v1::ScanState StateOf(const registration::RegistrationVerdict& verdict) {
                                                                          : v1::SCAN_STATE_FAILED;
 }
 
-std::string Words(const registration::RegistrationVerdict& verdict) {
-  return absl::StrCat(verdict.reason, verdict.remedy.empty() ? "" : "; remedy: ", verdict.remedy);
-}
-
 }  // namespace
 
 ScanReconciler::ScanReconciler(SessionContext& context, ModelMemory& model, Claims& claims,
-                               Stations& stations, Preparation& preparation, PoseAdjuster& adjuster)
+                               Stations& stations, Preparation& preparation, PoseAdjuster& adjuster,
+                               DoubtProposals& proposals)
     : context_(context),
       journal_(context.journal()),
       dependencies_(context.dependencies()),
@@ -51,6 +46,7 @@ ScanReconciler::ScanReconciler(SessionContext& context, ModelMemory& model, Clai
       stations_(stations),
       preparation_(preparation),
       adjuster_(adjuster),
+      proposals_(proposals),
       work_(context) {}
 
 void ScanReconciler::Post(const std::string& scan) {
@@ -118,7 +114,9 @@ absl::Status ScanReconciler::Change(
 void ScanReconciler::Reconcile(const std::string& name, parallel::Parallel& parallel) {
   if (context_.closed() || context_.halted()) return;
   ReconcileScan(name, parallel);
-  if (model_.loaded()) adjuster_.AdjustWhenDue(parallel);
+  if (!model_.loaded()) return;
+  adjuster_.AdjustWhenDue(parallel);
+  proposals_.PostWhenDue();
 }
 
 void ScanReconciler::ReconcileScan(const std::string& name, parallel::Parallel& parallel) {
@@ -214,48 +212,20 @@ void ScanReconciler::Work(const v1::Scan& scan, MemoryAccount::Reservation& rese
 void ScanReconciler::Align(const v1::Scan& scan, sensor::Scan& data,
                            MemoryAccount::Reservation& reservation, parallel::Parallel& parallel) {
   const ModelSnapshot model = model_.Current();
-  std::vector<registration::TargetTie> targets;
-  journal_.Read(
-      [&](const SessionState& state) { targets = TiesOf(state, scan, context_.origin()); });
   v1::Scan placed = scan;
   placed.set_state(v1::SCAN_STATE_MERGING);
   if (model.view == nullptr) {
+    std::vector<registration::TargetTie> targets;
+    journal_.Read(
+        [&](const SessionState& state) { targets = TiesOf(state, scan, context_.origin()); });
     const absl::Status first = PlaceFirst(data, targets, placed);
     if (!first.ok()) {
       return Refuse(scan, v1::SCAN_STATE_FAILED, std::string(first.message()), nullptr);
     }
   } else {
-    Eigen::Isometry3d last_pose = Eigen::Isometry3d::Identity();
-    v1::PlanningConfig config;
-    registration::InstrumentResiduals instrument;
-    HeaderAdvice header;
-    journal_.Read([&](const SessionState& state) {
-      config = state.session.planning_config();
-      instrument = InstrumentShown(state, scan.scanner_model(), scan.name());
-      header = AdviseOnHeader(state, scan, context_.origin());
-      for (const std::string& name : state.scan_order) {
-        const ScanRecord& record = state.scans.at(name);
-        if (record.in_model) {
-          last_pose = conversion::ReadOwnPose(record.scan.pose(), context_.origin());
-        }
-      }
-    });
-    contract::Violations violations;
-    planning::PlanningConfig planning = conversion::ReadPlanningConfig(
-        config, {}, context_.origin(), model.view->voxel_size(), "planning_config", "", violations);
-    planning.registration.instrument = instrument;
     const absl::Time started = absl::Now();
-    if (header.repeated) data.prior.reset();
-    const auto align = [&] {
-      return dependencies_.algorithms.register_scan(*model.view, data, last_pose, targets,
-                                                    planning.registration, parallel);
-    };
-    absl::StatusOr<registration::RegistrationResult> result = align();
-    if (result.ok() && !result->verdict.registered() && data.prior && header.in_frame) {
-      data.prior->T_world_scan = *header.in_frame;
-      absl::StatusOr<registration::RegistrationResult> in_frame = align();
-      if (in_frame.ok() && in_frame->verdict.registered()) result = std::move(in_frame);
-    }
+    const absl::StatusOr<registration::RegistrationResult> result =
+        AlignToModel(context_, *model.view, scan, data, parallel);
     if (!result.ok()) {
       return Refuse(scan, v1::SCAN_STATE_FAILED, std::string(result.status().message()), nullptr);
     }
@@ -271,9 +241,9 @@ void ScanReconciler::Align(const v1::Scan& scan, sensor::Scan& data,
                                  "one another pose, set it there)"),
                     &registration);
     }
-    const v1::PoseReference reference = NearestTo(scan, result->T_world_scan);
+    const v1::PoseReference reference = NearestInModel(context_, scan, result->T_world_scan);
     if (!verdict.registered()) {
-      return Refuse(scan, StateOf(verdict), Words(verdict), &registration, &reference);
+      return Refuse(scan, StateOf(verdict), DoubtWords(registration), &registration, &reference);
     }
     *placed.mutable_pose_reference() = reference;
     *placed.mutable_registration() = registration;
@@ -454,19 +424,6 @@ std::string ScanReconciler::TwinOf(const v1::Scan& scan, const sensor::Scan& dat
   return "";
 }
 
-v1::PoseReference ScanReconciler::NearestTo(const v1::Scan& scan,
-                                            const Eigen::Isometry3d& T_model_scan) const {
-  v1::PoseReference nearest;
-  double least = std::numeric_limits<double>::infinity();
-  ForEachInModel(scan.name(), T_model_scan, [&](const ScanRecord& record, double apart) {
-    if (!(apart < least)) return;
-    least = apart;
-    nearest.set_scan(record.scan.name());
-    *nearest.mutable_pose() = record.scan.pose();
-  });
-  return nearest;
-}
-
 std::pair<std::string, int64_t> ScanReconciler::PreviewOf(const std::string& scan) const {
   std::pair<std::string, int64_t> preview;
   journal_.Read([&](const SessionState& state) {
@@ -527,10 +484,12 @@ void ScanReconciler::Refuse(const v1::Scan& scan, v1::ScanState state, const std
     next.clear_pose();
     next.clear_pose_source();
     next.clear_adjustment();
+    next.clear_pose_proposal();
     if (reference != nullptr) *next.mutable_pose_reference() = *reference;
     if (registration != nullptr) {
       *next.mutable_registration() = *registration;
     }
+    next.set_etag(EtagOfDoubt(next));
     *draft.event.mutable_scan_refused()->mutable_scan() = next;
   });
   if (!logged.ok() && !absl::IsAborted(logged)) RetryLater(scan.name(), logged);

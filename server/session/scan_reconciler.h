@@ -16,6 +16,7 @@
 #include "core/sensor/scan.h"
 #include "server/session/begun_work.h"
 #include "server/session/claims.h"
+#include "server/session/doubt_proposals.h"
 #include "server/session/journal.h"
 #include "server/session/model_memory.h"
 #include "server/session/pose_adjuster.h"
@@ -30,13 +31,13 @@ namespace vantage::session {
 class ScanReconciler {
  public:
   ScanReconciler(SessionContext& context, ModelMemory& model, Claims& claims, Stations& stations,
-                 Preparation& preparation, PoseAdjuster& adjuster);
+                 Preparation& preparation, PoseAdjuster& adjuster, DoubtProposals& proposals);
 
   // Reconciles a scan soon: its log entry changed.
   void Post(const std::string& scan);
   // Does what the scan's state in the log asks for; nothing when it is done already. Then poses are
-  // adjusted where they have to be. Work that cannot be done now is tried again later. Must be
-  // called on the strand.
+  // adjusted where they have to be, and scans in doubt are tried again soon. Work that cannot be
+  // done now is tried again later. Must be called on the strand.
   void Reconcile(const std::string& scan, parallel::Parallel& parallel);
   // Retries later all scans whose log entries ask for work.
   void PostUndecidedLater(const absl::Status& why);
@@ -69,9 +70,6 @@ class ScanReconciler {
   // Whether the samples that came in place of a preview are those of another scan; then the preview
   // is put back, with the reason. Also true when that cannot be told now, and is tried again.
   bool PutBackPreview(const v1::Scan& scan, const sensor::Scan& data);
-  // The scan in the model that stands nearest to a pose, and where it does: what is registered
-  // there goes along when that one is moved.
-  v1::PoseReference NearestTo(const v1::Scan& scan, const Eigen::Isometry3d& T_model_scan) const;
   // The preview that a scan replaces, while it does: its blob and its size.
   std::pair<std::string, int64_t> PreviewOf(const std::string& scan) const;
   // Its data are of no more use.
@@ -93,6 +91,7 @@ class ScanReconciler {
   Stations& stations_;
   Preparation& preparation_;
   PoseAdjuster& adjuster_;
+  DoubtProposals& proposals_;
   BegunWork work_;  // on scans, by name; used on the strand
 
   mutable std::mutex mutex_;

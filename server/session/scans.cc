@@ -7,6 +7,7 @@
 #include "server/contract/error.h"
 #include "server/conversion/to_proto.h"
 #include "server/session/chained_poses.h"
+#include "server/session/doubt_proposals.h"
 #include "server/session/list_filter.h"
 #include "server/session/stored_scans.h"
 
@@ -86,11 +87,12 @@ absl::StatusOr<std::vector<v1::Scan>> Scans::List(absl::string_view after, size_
 }
 
 void Scans::Complete(v1::Scan& scan) const {
+  scan.set_etag(EtagOfDoubt(scan));  // logs of earlier releases have none
   reconciler_.AddProgress(scan);
   context_.lost_scans().Describe(scan);
 }
 
-absl::StatusOr<v1::Scan> Scans::Accept(const std::string& name, int rival_pose,
+absl::StatusOr<v1::Scan> Scans::Accept(const std::string& name, const ChosenPose& chosen,
                                        const RequestKey& key) {
   absl::StatusOr<std::string> accepted =
       journal_.Execute(key, [&](const SessionState& state) -> absl::StatusOr<Draft> {
@@ -104,22 +106,42 @@ absl::StatusOr<v1::Scan> Scans::Accept(const std::string& name, int rival_pose,
                             "only a doubtful or failed scan with an alignment can be "
                             "accepted; give it a pose with SetScanPose");
         }
+        if (!chosen.etag.empty() && chosen.etag != EtagOfDoubt(scan)) {
+          return contract::ErrorWithReason(
+              absl::StatusCode::kAborted, "ETAG_STALE",
+              absl::StrCat("etag: the poses of ", name,
+                           " are others by now than those that were looked at; read it again "
+                           "(GetScan) and choose among these"),
+              {{"field", "etag"}, {"etag", EtagOfDoubt(scan)}});
+        }
         const v1::Registration& registration = scan.registration();
-        if (rival_pose > registration.rival_poses_size()) {
-          contract::Violations violations;
-          violations.Add("rival_pose",
-                         absl::StrCat("is ", rival_pose, "; the registration of ", name, " names ",
-                                      registration.rival_poses_size(), " of them"));
-          return violations.ToStatus();
+        if (chosen.proposed && !scan.has_pose_proposal()) {
+          return contract::InvalidField("proposed",
+                                        absl::StrCat("nothing is proposed of ", name,
+                                                     "; choose one of its poses (rival_pose)"));
+        }
+        if (chosen.rival_pose > registration.rival_poses_size()) {
+          return contract::InvalidField(
+              "rival_pose", absl::StrCat("is ", chosen.rival_pose, "; the registration of ", name,
+                                         " names ", registration.rival_poses_size(), " of them"));
         }
         Draft draft;
         v1::Scan& next = *draft.event.mutable_scan_accepted()->mutable_scan();
         next = scan;
         next.set_state(v1::SCAN_STATE_MERGING);
         next.clear_state_message();
-        *next.mutable_pose() =
-            rival_pose == 0 ? registration.pose() : registration.rival_poses(rival_pose - 1).pose();
-        if (rival_pose > 0) next.clear_pose_reference();  // it was beside others there
+        next.clear_pose_proposal();
+        next.clear_etag();
+        if (chosen.proposed) {
+          *next.mutable_registration() = scan.pose_proposal().registration();
+          *next.mutable_pose_reference() = scan.pose_proposal().pose_reference();
+          *next.mutable_pose() = next.registration().pose();
+        } else if (chosen.rival_pose == 0) {
+          *next.mutable_pose() = registration.pose();
+        } else {
+          *next.mutable_pose() = registration.rival_poses(chosen.rival_pose - 1).pose();
+          next.clear_pose_reference();  // it was beside others there
+        }
         CarryAlong(state, context_.origin(), next);
         next.set_pose_source(v1::POSE_SOURCE_ACCEPTED);
         *next.mutable_update_time() = conversion::WriteTime(journal_.Now());
@@ -155,6 +177,8 @@ absl::StatusOr<v1::Scan> Scans::SetPose(const std::string& name, const v1::PoseP
         next.clear_state_message();
         next.clear_adjustment();
         next.clear_pose_reference();
+        next.clear_pose_proposal();
+        next.clear_etag();
         if (as_is) {
           next.set_state(v1::SCAN_STATE_MERGING);
           *next.mutable_pose() = prior.pose();
@@ -188,6 +212,8 @@ absl::StatusOr<Scans::Withdrawn> Scans::Withdraw(const std::string& name, const 
         *event.mutable_scan() = scan;
         event.mutable_scan()->set_state(v1::SCAN_STATE_WITHDRAWN);
         event.mutable_scan()->clear_state_message();
+        event.mutable_scan()->clear_pose_proposal();
+        event.mutable_scan()->clear_etag();
         *event.mutable_scan()->mutable_update_time() = conversion::WriteTime(journal_.Now());
         for (const std::string& dependent : Dependents(state, it->second)) {
           event.add_dependent_scans(dependent);

@@ -30,10 +30,17 @@ class Scans {
   absl::StatusOr<std::vector<v1::Scan>> List(
       absl::string_view after, size_t limit, bool& more,
       const v1::ListScansRequest& filter = v1::ListScansRequest()) const;
-  // Merges a doubtful or failed scan as it was aligned (`rival_pose` 0), or at one of the other
-  // poses that its registration names, from 1; at least 0. FAILED_PRECONDITION (SCAN_STATE) for
-  // others; so below. INVALID_ARGUMENT naming `rival_pose` where there are not so many.
-  absl::StatusOr<v1::Scan> Accept(const std::string& name, int rival_pose, const RequestKey& key);
+  // Which pose of a scan in doubt is right, as a person says.
+  struct ChosenPose {
+    int rival_pose = 0;  // as aligned, or of the others that its registration names, from 1; >= 0
+    bool proposed = false;  // that of Scan.pose_proposal, instead
+    std::string etag = {};  // of the scan as it was seen; empty: as it is
+  };
+  // Merges a doubtful or failed scan there. FAILED_PRECONDITION (SCAN_STATE) for others; so below.
+  // INVALID_ARGUMENT naming `rival_pose` where there are not so many, or `proposed` where nothing
+  // is. ABORTED (ETAG_STALE): it has other poses by now than when it was seen.
+  absl::StatusOr<v1::Scan> Accept(const std::string& name, const ChosenPose& chosen,
+                                  const RequestKey& key);
   // Aligns the scan anew from the prior, or merges it where the prior says. The message of the
   // prior is what the log stores.
   absl::StatusOr<v1::Scan> SetPose(const std::string& name, const v1::PosePrior& prior, bool as_is,

@@ -26,12 +26,16 @@ Session::Session(const std::string& id, std::unique_ptr<Journal> log,
           [this](const std::string& scan, parallel::Parallel& parallel) {
             reconciler_.Reconcile(scan, parallel);
           },
-          [this](parallel::Parallel& parallel) { adjuster_.AdjustWhenDue(parallel); }),
+          [this](parallel::Parallel& parallel) {
+            adjuster_.AdjustWhenDue(parallel);
+            proposals_.PostWhenDue();
+          }),
       claims_(*this, model_),
       stations_(*this, model_),
       preparation_(*this, model_),
       adjuster_(*this, model_, preparation_),
-      reconciler_(*this, model_, claims_, stations_, preparation_, adjuster_),
+      proposals_(*this, model_),
+      reconciler_(*this, model_, claims_, stations_, preparation_, adjuster_, proposals_),
       scans_(*this, reconciler_),
       pose_comparisons_(*this, model_),
       uploads_(*this, reconciler_),
@@ -263,6 +267,7 @@ void Session::GiveUp() {
   Halt();
   reconciler_.GiveUp();
   adjuster_.GiveUp();
+  proposals_.GiveUp();
   model_.GiveUp();
   uploads_.GiveUp();
 }

@@ -19,6 +19,7 @@
 #include "absl/time/time.h"
 #include "core/model/partial_model.h"
 #include "server/session/claims.h"
+#include "server/session/doubt_proposals.h"
 #include "server/session/journal.h"
 #include "server/session/model_memory.h"
 #include "server/session/plans.h"
@@ -124,6 +125,7 @@ class Session final : public SessionContext {
   Stations stations_;
   Preparation preparation_;
   PoseAdjuster adjuster_;
+  DoubtProposals proposals_;
   ScanReconciler reconciler_;
   Scans scans_;
   PoseComparisons pose_comparisons_;

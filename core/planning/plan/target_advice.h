@@ -19,13 +19,14 @@ struct ScannedFrom {
 
 struct TargetPlace {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m, model frame
-  std::optional<Eigen::Vector3d> normal;  // unit, of the surface; absent of a known target
-  std::string target;                     // that is known; empty: one is to be put up
-  double distance = 0;                    // m, from the view
+  // Unit, of the surface, upward where it is on a stand on the floor; absent of a known target.
+  std::optional<Eigen::Vector3d> normal;
+  std::string target;   // that is known; empty: one is to be put up
+  double distance = 0;  // m, from the view
 };
 
 struct TargetAdvice {
-  std::vector<TargetPlace> places;  // two to four, apart from each other
+  std::vector<TargetPlace> places;  // two to four, apart from each other, no three in a line
   double error_bound = 0;           // m, of the scan with them
   // Whose scan is to be made first, since it sees them all: an index into Plan::views.
   std::optional<size_t> first_view;

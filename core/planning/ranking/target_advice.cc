@@ -25,8 +25,16 @@ constexpr double kFewestOnTarget = 50;
 constexpr double kLowestTarget = 0.5;
 constexpr double kHighestTarget = 2.0;
 constexpr double kMostTilt = 0.3;  // of a normal, out of the horizontal: a wall
+// Where no wall will do (glass, a railing): a target on a stand, m over a floor that is nearly
+// level.
+constexpr double kStandHeight = 1.2;
+constexpr double kLevelFloor = 0.95;  // of a normal, its upward part
 // Between two targets, m: nearer ones tell hardly more than one, and are mistaken for each other.
 constexpr double kTargetsApart = 1.0;
+// m: from a line through two of them the third and others are at least this far, so that they hold
+// the turn about that line as well, whatever is left of the surfaces: to half a degree by sightings
+// of 2 mm.
+constexpr double kOffLine = 0.3;
 constexpr size_t kFewestTargets = 2;  // a single one that was moved or mistaken would go unnoticed
 constexpr size_t kMostTargets = 4;
 // One sigma of a sighting, m per axis: TargetTie's.
@@ -37,12 +45,33 @@ constexpr double kSigmasOfBound = 1.96;  // the bound of a pose holds at 95 % (T
 constexpr size_t kMostPlaces = 40;
 constexpr size_t kMostSources = 6;
 constexpr size_t kMostAdvised = 3;  // views, the best first: each takes some 50 ms
+// And views of other passages: so many of the next best that stand so far, m, from those before.
+constexpr size_t kMostElsewhere = 3;
+constexpr double kElsewhere = 3.0;
 constexpr double kPlaceCube = 0.5;  // m, of which one place is compared
 
 struct Candidate {
   TargetPlace place;
   double sigma = kSightingSigma;  // m
   double samples = 0;             // on the target, from where fewer are
+};
+
+// Whether a target lies on a line with two of those that were chosen.
+bool IsInLine(const std::vector<const Candidate*>& chosen, const Eigen::Vector3d& at) {
+  for (size_t i = 0; i < chosen.size(); ++i) {
+    for (size_t k = 0; k < i; ++k) {
+      const Eigen::Vector3d from = chosen[i]->place.position;
+      const Eigen::Vector3d along = (chosen[k]->place.position - from).normalized();
+      if (along.cross(at - from).norm() < kOffLine) return true;
+    }
+  }
+  return false;
+}
+
+// What is seen from the view and from one place besides.
+struct CandidatesThere {
+  std::vector<Candidate> on_walls;     // and those that are known
+  std::vector<Candidate> with_stands;  // the same, and on stands; empty where there are no stands
 };
 
 registration::TargetTie TieOf(const Candidate& candidate, const Eigen::Vector3d& view) {
@@ -62,17 +91,22 @@ class TargetSearch {
     rays_ += sight_->rays;
     const registration::RegistrationConfig& config = problem_.config().registration;
     prediction_.emplace(overlap_.Targeted(*sight_, view_.position, config));
-    const std::vector<Candidate> known = KnownTargets();
-    if (std::optional<TargetAdvice> advice = Choose(known)) return advice;
+    known_ = KnownTargets();
+    if (std::optional<TargetAdvice> advice = Choose(known_)) return advice;
+    stations_ = Stations();
+    seen_from_station_.resize(stations_.size());
     if (next != nullptr) {
-      std::optional<TargetAdvice> advice =
-          Choose(Seen(next->position, next->heading, next->verdict.error_bound, known));
-      if (advice.has_value()) {
+      seen_from_next_ = Seen(next->position, next->heading, next->verdict.error_bound);
+    }
+    // Nobody carries stands where walls will do.
+    for (const auto places : {&CandidatesThere::on_walls, &CandidatesThere::with_stands}) {
+      if (std::optional<TargetAdvice> advice = Choose(seen_from_next_.*places)) {
         advice->first_view = 0;
         return advice;
       }
+      if (std::optional<TargetAdvice> advice = FromStations(places)) return advice;
     }
-    return FromStations(known);
+    return std::nullopt;
   }
 
  private:
@@ -121,41 +155,68 @@ class TargetSearch {
     return known;
   }
 
-  // Places on walls that are seen from the view and from `from`, where they would be measured with
-  // a pose that is known to `error_bound`, and what is known besides.
-  std::vector<Candidate> Seen(const Eigen::Vector3d& from, std::optional<double> heading,
-                              double error_bound, const std::vector<Candidate>& known) const {
+  // Places on walls, and on stands, that are seen from the view and from `from`, where they would
+  // be measured with a pose that is known to `error_bound`, and what is known besides.
+  CandidatesThere Seen(const Eigen::Vector3d& from, std::optional<double> heading,
+                       double error_bound) const {
     const auto there = overlap_.SightFrom(from, problem_.scene(), budget_, heading);
     if (!there.has_value()) return {};
     rays_ += there->rays;
     const double sigma = std::hypot(kSightingSigma, error_bound / kSigmasOfBound);
     // The best of each cube, in order of first appearance, so that the choice stays the same.
-    absl::flat_hash_map<std::array<int, 3>, size_t> of_cube;
-    std::vector<Candidate> places;
-    for (size_t i = 0; i < overlap_.cells().size(); ++i) {
-      if (!(sight_->samples[i] > 0 && there->samples[i] > 0)) continue;
-      const Eigen::Vector3d at = PositionOf(i);
-      if (std::abs(NormalOf(i).z()) > kMostTilt) continue;
-      const double height = problem_.feasible().HeightOverFloor(at + kPlaceCube * NormalOf(i));
-      if (!(height >= kLowestTarget && height <= kHighestTarget)) continue;
+    using Cubes = absl::flat_hash_map<std::array<int, 3>, size_t>;
+    Cubes of_walls;
+    Cubes of_stands;
+    std::vector<Candidate> on_walls;
+    std::vector<Candidate> on_stands;
+    const auto add = [&](const Eigen::Vector3d& at, const Eigen::Vector3d& normal, Cubes& of_cube,
+                         std::vector<Candidate>& places) {
       const double samples = std::min(OnTarget(view_.position, at), OnTarget(from, at));
-      if (samples < kFewestOnTarget || !Faces(view_.position, at, NormalOf(i)) ||
-          !Faces(from, at, NormalOf(i))) {
-        continue;
-      }
+      if (samples < kFewestOnTarget) return;
       const Eigen::Array3i cube = (at.array() / kPlaceCube).floor().cast<int>();
       const auto [it, fresh] = of_cube.try_emplace({cube.x(), cube.y(), cube.z()}, places.size());
-      Candidate candidate{{at, NormalOf(i), "", (at - view_.position).norm()}, sigma, samples};
+      Candidate candidate{{at, normal, "", (at - view_.position).norm()}, sigma, samples};
       if (fresh) {
         places.push_back(std::move(candidate));
       } else if (samples > places[it->second].samples) {
         places[it->second] = std::move(candidate);
       }
+    };
+    for (size_t i = 0; i < overlap_.cells().size(); ++i) {
+      if (!(sight_->samples[i] > 0 && there->samples[i] > 0)) continue;
+      const Eigen::Vector3d at = PositionOf(i);
+      const Eigen::Vector3d normal = NormalOf(i);
+      if (normal.z() > kLevelFloor) {
+        const Eigen::Vector3d on_stand = at + kStandHeight * Eigen::Vector3d::UnitZ();
+        const double height = problem_.feasible().HeightOverFloor(on_stand);
+        if (!(height >= kLowestTarget && height <= kHighestTarget)) continue;
+        add(on_stand, Eigen::Vector3d::UnitZ(), of_stands, on_stands);
+        continue;
+      }
+      if (std::abs(normal.z()) > kMostTilt) continue;
+      const double height = problem_.feasible().HeightOverFloor(at + kPlaceCube * normal);
+      if (!(height >= kLowestTarget && height <= kHighestTarget)) continue;
+      if (!Faces(view_.position, at, normal) || !Faces(from, at, normal)) continue;
+      add(at, normal, of_walls, on_walls);
     }
-    places = FarthestApart(std::move(places));
-    if (places.empty()) return {};
-    places.insert(places.end(), known.begin(), known.end());
-    return places;
+    const auto sees = [&](const Eigen::Vector3d& place, const Candidate& candidate,
+                          std::optional<double> facing) {
+      return overlap_.Sees(place, candidate.place.position, problem_.scene(), facing);
+    };
+    CandidatesThere out;
+    out.on_walls = FarthestApart(std::move(on_walls));
+    on_stands = FarthestApart(std::move(on_stands));
+    std::erase_if(on_stands, [&](const Candidate& candidate) {
+      return !sees(view_.position, candidate, view_.heading) || !sees(from, candidate, heading);
+    });
+    if (!on_stands.empty()) {
+      out.with_stands = out.on_walls;
+      out.with_stands.insert(out.with_stands.end(), on_stands.begin(), on_stands.end());
+    }
+    for (std::vector<Candidate>* places : {&out.on_walls, &out.with_stands}) {
+      if (!places->empty()) places->insert(places->end(), known_.begin(), known_.end());
+    }
+    return out;
   }
 
   // So many of them that lie far from each other, from the one farthest from the view on.
@@ -188,7 +249,7 @@ class TargetSearch {
         const bool near = std::any_of(chosen.begin(), chosen.end(), [&](const Candidate* other) {
           return (other->place.position - candidate.place.position).norm() < kTargetsApart;
         });
-        if (near) continue;
+        if (near || IsInLine(chosen, candidate.place.position)) continue;
         ties.push_back(TieOf(candidate, view_.position));
         const double bound = prediction_->Bound(ties);
         ties.pop_back();
@@ -228,12 +289,13 @@ class TargetSearch {
   }
 
   // Of what stations see the smallest set, of equally small ones that of the nearest station.
-  std::optional<TargetAdvice> FromStations(const std::vector<Candidate>& known) const {
+  std::optional<TargetAdvice> FromStations(std::vector<Candidate> CandidatesThere::*places) {
     std::optional<TargetAdvice> best;
-    const std::vector<ScannedFrom> stations = Stations();
-    for (const ScannedFrom& station : stations) {
-      std::optional<TargetAdvice> advice =
-          Choose(Seen(station.position, std::nullopt, station.error_bound, known));
+    for (size_t i = 0; i < stations_.size(); ++i) {
+      const ScannedFrom& station = stations_[i];
+      std::optional<CandidatesThere>& seen = seen_from_station_[i];
+      if (!seen.has_value()) seen = Seen(station.position, std::nullopt, station.error_bound);
+      std::optional<TargetAdvice> advice = Choose((*seen).*places);
       if (!advice.has_value()) continue;
       if (best.has_value() && best->places.size() <= advice->places.size()) continue;
       best = std::move(advice);
@@ -241,7 +303,7 @@ class TargetSearch {
       if (best->places.size() <= kFewestTargets) break;
     }
     if (!best.has_value()) return best;
-    for (const ScannedFrom& station : stations) {
+    for (const ScannedFrom& station : stations_) {
       if (station.name != best->seen_from.front() && SeesAll(station, best->places)) {
         best->seen_from.push_back(station.name);
       }
@@ -250,8 +312,9 @@ class TargetSearch {
   }
   bool SeesAll(const ScannedFrom& station, const std::vector<TargetPlace>& places) const {
     return std::all_of(places.begin(), places.end(), [&](const TargetPlace& place) {
+      const bool on_stand = place.normal.has_value() && place.normal->z() > kLevelFloor;
       return !place.normal.has_value() ||
-             (Faces(station.position, place.position, *place.normal) &&
+             ((on_stand || Faces(station.position, place.position, *place.normal)) &&
               OnTarget(station.position, place.position) >= kFewestOnTarget &&
               overlap_.Sees(station.position, place.position, problem_.scene(), std::nullopt));
     });
@@ -264,6 +327,10 @@ class TargetSearch {
   uint64_t& rays_;
   std::optional<OverlapSurface::Sight> sight_;
   std::optional<registration::TargetedPrediction> prediction_;
+  std::vector<Candidate> known_;
+  CandidatesThere seen_from_next_;
+  std::vector<ScannedFrom> stations_;
+  std::vector<std::optional<CandidatesThere>> seen_from_station_;  // as far as it was asked
 };
 
 }  // namespace
@@ -274,11 +341,18 @@ uint64_t AdviseTargets(const PlanningProblem& problem, const parallel::Budget& b
   // Where nothing registers, the advice is what the plan is good for.
   parallel::Budget untimed = budget;
   untimed.deadline = parallel::Budget::Clock::time_point::max();
-  for (size_t i = 0; i < std::min(plan.refused.size(), kMostAdvised); ++i) {
+  std::vector<Eigen::Vector3d> advised;
+  for (size_t i = 0; i < plan.refused.size(); ++i) {
+    RankedView& view = plan.refused[i];
+    const bool elsewhere = std::none_of(
+        advised.begin(), advised.end(),
+        [&](const Eigen::Vector3d& other) { return (other - view.position).norm() < kElsewhere; });
+    if (i >= kMostAdvised && !elsewhere) continue;
     const bool anyway = i == 0 && next == nullptr;
     if (budget.cancelled.stop_requested() || (!anyway && budget.Expired())) break;
-    RankedView& view = plan.refused[i];
     view.targets = FindTargets(problem, view, next, anyway ? untimed : budget, rays);
+    advised.push_back(view.position);
+    if (advised.size() == kMostAdvised + kMostElsewhere) break;
   }
   return rays;
 }

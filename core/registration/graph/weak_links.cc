@@ -197,6 +197,9 @@ std::vector<TieAdvice> PossibleTies(const PoseGraph& graph, const SolvedGraph& s
   return ties;
 }
 
+// 'sessions/job/scans/scan-7' is for programs.
+std::string LastPartOf(const std::string& id) { return id.substr(id.rfind('/') + 1); }
+
 bool BetterTie(const TieAdvice& l, const TieAdvice& r) { return l.worst_after < r.worst_after; }
 
 }  // namespace
@@ -257,10 +260,11 @@ absl::StatusOr<WeakLinks> FindWeakLinks(const PoseGraph& graph, const Adjustment
   if (ties.size() > kMostAdvice) ties.resize(kMostAdvice);
   for (TieAdvice& tie : ties) {
     tie.words = absl::StrFormat(
-        "tie scan %s to scan %s, %.1f m apart: the worst scan (%s) is known to %.1f mm (one "
+        "tie %s to %s, %.1f m apart: the worst scan (%s) is known to %.1f mm (one "
         "sigma), and none would be to more than %.1f mm",
-        graph.nodes()[tie.a].id, graph.nodes()[tie.b].id, tie.distance,
-        graph.nodes()[result.worst_scan].id, 1000 * tie.worst_before, 1000 * tie.worst_after);
+        LastPartOf(graph.nodes()[tie.a].id), LastPartOf(graph.nodes()[tie.b].id), tie.distance,
+        LastPartOf(graph.nodes()[result.worst_scan].id), 1000 * tie.worst_before,
+        1000 * tie.worst_after);
   }
   result.advice = std::move(ties);
   return result;

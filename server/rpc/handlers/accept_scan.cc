@@ -12,9 +12,9 @@ absl::StatusOr<v1::AcceptScanResponse> AcceptScan(const session::TenantSessions&
       FindParent(sessions, request.name(), "scans", "name");
   if (!session.ok()) return session.status();
   if (absl::Status valid = conversion::CheckRequest(request); !valid.ok()) return valid;
+  const session::Scans::ChosenPose chosen{request.rival_pose(), request.proposed(), request.etag()};
   absl::StatusOr<v1::Scan> scan = (*session)->scans().Accept(
-      request.name(), request.rival_pose(),
-      session::RequestKey::Of(request.request_id(), "AcceptScan", request));
+      request.name(), chosen, session::RequestKey::Of(request.request_id(), "AcceptScan", request));
   if (!scan.ok()) return scan.status();
   v1::AcceptScanResponse response;
   *response.mutable_scan() = *std::move(scan);

@@ -51,5 +51,36 @@ TEST(Report, ACoverageThatIsNotKnownIsNoFigure) {
   EXPECT_THAT(CoverageReport(coverage), HasSubstr("coverage 0.0 % (estimated)"));
 }
 
+// A person is told which poses there are, what is proposed and why, and how to accept exactly that.
+TEST(Report, APoseThatIsProposedIsNamedWithWhatDecides) {
+  v1::Scan scan;
+  scan.set_name("sessions/hall/scans/scan-2");
+  scan.set_state(v1::SCAN_STATE_DOUBTFUL);
+  scan.set_etag("3f9a01c7");
+  v1::Registration& aligned = *scan.mutable_registration();
+  aligned.mutable_pose()->mutable_translation()->set_x(-4);
+  aligned.mutable_pose()->mutable_rotation()->set_w(1);
+  v1::RivalPose& rival = *aligned.add_rival_poses();
+  rival.mutable_pose()->mutable_translation()->set_x(4);
+  rival.mutable_pose()->mutable_rotation()->set_w(1);
+  rival.set_distance_m(8);
+  rival.set_fit_share(1);
+  std::string report = ScanReport(scan);
+  EXPECT_THAT(report, HasSubstr("pose 2    (4.000"));
+  EXPECT_THAT(report, HasSubstr("accept hall/scan-2 --pose N --seen 3f9a01c7 takes one of them"));
+  EXPECT_THAT(report, Not(HasSubstr("proposed")));
+
+  v1::PoseProposal& proposal = *scan.mutable_pose_proposal();
+  proposal.set_rival_pose(1);
+  *proposal.mutable_registration()->mutable_pose() = rival.pose();
+  proposal.mutable_registration()->mutable_pose()->mutable_translation()->set_x(4.002);
+  proposal.set_message("by scan-4 the second of its 2 poses is right");
+  report = ScanReport(scan);
+  EXPECT_THAT(report, HasSubstr("proposed  pose 2, now (4.002"));
+  EXPECT_THAT(report, HasSubstr("by scan-4 the second of its 2 poses is right"));
+  EXPECT_THAT(report,
+              HasSubstr("accept hall/scan-2 --proposed --seen 3f9a01c7 takes what is proposed"));
+}
+
 }  // namespace
 }  // namespace vantage::cli

@@ -372,6 +372,35 @@ TEST_F(ScanRpc, AnotherPoseThatFitsAsWellMayBeAccepted) {
   EXPECT_EQ(merged.pose().translation().x(), rival.pose().translation().x());
 }
 
+TEST_F(ScanRpc, WhatIsAcceptedIsWhatWasSeen) {
+  const std::string session = server_.OpenRoom("job");
+  const v1::Scan doubtful = SendInDoubt(session);
+  ASSERT_FALSE(doubtful.etag().empty()) << "watchers have it, too";
+  v1::AcceptScanRequest accept;
+  accept.set_name(doubtful.name());
+  const auto call = [&] {
+    grpc::ClientContext context;
+    v1::AcceptScanResponse response;
+    return server_.scans->AcceptScan(&context, accept, &response);
+  };
+  accept.set_proposed(true);
+  accept.set_rival_pose(1);
+  EXPECT_EQ(fixture::ViolatedFields(call()), std::vector<std::string>{"proposed"});
+  accept.set_rival_pose(0);
+  EXPECT_EQ(fixture::ViolatedFields(call()), std::vector<std::string>{"proposed"})
+      << "nothing is proposed";
+  accept.set_proposed(false);
+  accept.set_etag("00000000");
+  const grpc::Status stale = call();
+  EXPECT_EQ(stale.error_code(), grpc::StatusCode::ABORTED);
+  EXPECT_EQ(fixture::InfoOf(stale).reason(), "ETAG_STALE");
+  EXPECT_EQ(fixture::InfoOf(stale).metadata().at("field"), "etag");
+  EXPECT_EQ(fixture::InfoOf(stale).metadata().at("etag"), doubtful.etag());
+  accept.set_etag(doubtful.etag());
+  EXPECT_TRUE(call().ok());
+  EXPECT_EQ(server_.WaitFor(session, doubtful.name(), v1::SCAN_STATE_MERGED).etag(), "");
+}
+
 TEST_F(ScanRpc, PosesAreComparedUntilTheScanIsWithdrawn) {
   const std::string session = server_.OpenRoom("job");
   const v1::Scan doubtful = SendInDoubt(session);

@@ -6,9 +6,11 @@
 #include <set>
 #include <string>
 
+#include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "tests/server/fixture/in_process.h"
 #include "tests/server/fixture/room_scan.h"
+#include "tests/server/fixture/session_host.h"
 
 namespace vantage::rpc {
 namespace {
@@ -313,6 +315,59 @@ TEST(DeleteSession, SaysWhenBackupsForget) {
 
 // A watcher that comes back with the last number that it saw misses nothing and sees nothing twice,
 // wherever it was cut off.
+// Three scans of a room, each a centimetre farther off than the one before, of which the third
+// sees that the first is elsewhere: who watches is told who moved, and again when it is withdrawn.
+TEST(AdjustedPoses, AreSeenByWhoWatches) {
+  const auto scan_named = [](int i) { return absl::StrCat("sessions/job/scans/scan-", i); };
+  fixture::Script script;
+  const Eigen::Vector3d step(0.4, 0, 0);
+  const Eigen::Vector3d drift(0.012, 0, 0);
+  fixture::Script::Ties ties;
+  ties[{scan_named(1), scan_named(2)}] = Eigen::Translation3d(step + drift);
+  ties[{scan_named(2), scan_named(3)}] = Eigen::Translation3d(step + drift);
+  ties[{scan_named(1), scan_named(3)}] = Eigen::Translation3d(2 * step);
+  script.TieScans(ties);
+  fixture::InProcess server(script.Make());
+  const std::string session = server.OpenSession("job");
+  for (int i = 0; i < 3; ++i) {
+    const Eigen::Vector3d truth = Eigen::Vector3d(1.5, 1.5, 1.4) + i * step;
+    const Eigen::Vector3d at = truth + i * drift;
+    const v1::PosePrior prior = fixture::PriorAt(at.x(), at.y(), at.z());
+    const v1::Upload upload = server.Send(session, fixture::EncodedRoom(truth, 4), &prior);
+    server.WaitFor(session, upload.scan(), v1::SCAN_STATE_MERGED);
+  }
+  grpc::ClientContext context;
+  v1::WatchSessionRequest request;
+  request.set_name(session);
+  const auto stream = server.sessions->WatchSession(&context, request);
+  v1::WatchSessionResponse step_of_stream;
+  const auto next_adjustment = [&] {
+    while (stream->Read(&step_of_stream)) {
+      if (step_of_stream.event().has_poses_adjusted()) {
+        return step_of_stream.event().poses_adjusted();
+      }
+    }
+    return v1::PosesAdjustedEvent();
+  };
+  const v1::PosesAdjustedEvent closed = next_adjustment();
+  ASSERT_EQ(closed.poses_size(), 3);
+  EXPECT_EQ(closed.moved_count(), 2);
+  EXPECT_EQ(closed.most_moved_scan(), scan_named(3));
+  EXPECT_NEAR(closed.largest_move_m(), 0.016, 0.002) << "two thirds of what did not close";
+  EXPECT_TRUE(closed.poses(2).has_adjustment());
+  v1::WithdrawScanRequest withdraw;
+  withdraw.set_name(scan_named(3));
+  grpc::ClientContext other;
+  v1::WithdrawScanResponse withdrawn;
+  ASSERT_TRUE(server.scans->WithdrawScan(&other, withdraw, &withdrawn).ok());
+  const v1::PosesAdjustedEvent back = next_adjustment();
+  ASSERT_EQ(back.poses_size(), 2);
+  EXPECT_EQ(back.moved_count(), 1);
+  EXPECT_FALSE(back.poses(1).has_adjustment());
+  EXPECT_NEAR(back.poses(1).pose().translation().x(), 1.5 + 0.412, 1e-9);
+  context.TryCancel();
+}
+
 TEST_F(SessionRpc, WatchResumesWithoutLossOrRepetition) {
   const std::string name = server_.OpenRoom("job");
   v1::Session session;

@@ -57,6 +57,8 @@ class Job {
           }
           return result;
         };
+    // The verdicts are this job's own, whatever comes later.
+    algorithms.try_doubts_again = false;
     contract::Limits limits;
     limits.snapshots_per_session = 0;
     limits.keep_withdrawn_scans = absl::Hours(2);
@@ -130,7 +132,7 @@ class Job {
     accept.set_request_id("accept-1");
     ASSERT_TRUE(
         session_->scans()
-            .Accept(accept.name(), 0, RequestKey::Of(accept.request_id(), "AcceptScan", accept))
+            .Accept(accept.name(), {}, RequestKey::Of(accept.request_id(), "AcceptScan", accept))
             .ok());
     Rest();
     verdict_ = registration::RegistrationOutcome::kFailed;

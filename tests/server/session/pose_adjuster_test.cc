@@ -265,7 +265,7 @@ TEST_F(PoseAdjusterTest, PosesAndModelFollowFromTheSetOfScans) {
     std::mt19937_64 random(seed);
     if (seed > 0) std::shuffle(order.begin(), order.end(), random);
     for (const int i : order) {
-      EXPECT_TRUE(session->scans().Accept(ScanNamed(i), 0, {}).ok());
+      EXPECT_TRUE(session->scans().Accept(ScanNamed(i), {}, {}).ok());
       session->WaitUntilIdle();
     }
     EXPECT_TRUE(session->scans().Withdraw(ScanNamed(kScans), {}).ok());
@@ -352,6 +352,65 @@ TEST_F(PoseAdjusterTest, ControlHoldsAllThatIsTiedToIt) {
         ring_.truth[static_cast<size_t>(i)] + (i - (kScans - 1)) * kDrift / kScans;
     EXPECT_LT((at - expected).norm(), 5e-4) << i;
   }
+}
+
+// Three targets of a control network, which the last scan sees, hold the chain where the network
+// is: all poses move, are told, and go back when that scan is withdrawn.
+TEST_F(PoseAdjusterTest, ControlTargetsMoveAllAndWithdrawingThemGivesBackWhatWas) {
+  fixture::Script script;
+  fixture::Script::Ties chain = ring_.Ties();
+  chain.erase({ScanNamed(0), ScanNamed(kScans - 1)});  // it never closes
+  script.TieScans(chain);
+  store::MemoryStore store(size_t{256} << 20);
+  fixture::SessionHost host(store, script.Make());
+  const auto session = fixture::OpenSession(host.registry, "job");
+  const auto send = [&](int i, const std::vector<v1::TargetSighting>& targets) {
+    const Eigen::Vector3d truth = ring_.truth[static_cast<size_t>(i)];
+    const v1::PosePrior prior = PriorOf(ring_.registered[static_cast<size_t>(i)]);
+    const auto sent =
+        fixture::SendScan(*session, fixture::EncodedRoom(truth, 4), &prior, "", "", targets);
+    ASSERT_TRUE(sent.ok()) << sent.status();
+    session->WaitUntilIdle();
+  };
+  for (int i = 0; i + 1 < kScans; ++i) send(i, {});
+  ASSERT_TRUE(AdjustmentsIn(*session).empty());
+  const std::string model = BytesOf(*session);
+  std::vector<std::string> poses = PosesIn(*session);
+  const Eigen::Vector3d last = ring_.truth[kScans - 1];
+  std::vector<v1::TargetSighting> targets;
+  for (const Eigen::Vector3d& in_world :
+       {Eigen::Vector3d(4.9, 1, 2), Eigen::Vector3d(0.1, 3, 1), Eigen::Vector3d(2, 0.1, 1.5)}) {
+    v1::TargetSighting& sighting = targets.emplace_back();
+    sighting.set_name(absl::StrCat("C", targets.size()));
+    sighting.set_sigma_m(0.0002);
+    const auto write = [](const Eigen::Vector3d& from, v1::Vector3& to) {
+      to.set_x(from.x());
+      to.set_y(from.y());
+      to.set_z(from.z());
+    };
+    write(in_world - last, *sighting.mutable_in_scan());
+    write(in_world, *sighting.mutable_in_world());
+  }
+  send(kScans - 1, targets);
+  const std::vector<v1::PosesAdjustedEvent> adjustments = AdjustmentsIn(*session);
+  ASSERT_EQ(adjustments.size(), 1U);
+  EXPECT_EQ(adjustments[0].moved_count(), kScans) << "the first one, too";
+  for (int i = 0; i < kScans; ++i) {
+    const v1::Scan scan = session->scans().Get(ScanNamed(i)).value();
+    const Eigen::Vector3d at = conversion::ReadOwnVector(scan.pose().translation());
+    const Eigen::Vector3d expected =
+        ring_.truth[static_cast<size_t>(i)] + (i - (kScans - 1)) * kDrift;
+    EXPECT_LT((at - expected).norm(), 1e-3) << i;
+  }
+  EXPECT_NE(BytesOf(*session), model);
+
+  ASSERT_TRUE(session->scans().Withdraw(ScanNamed(kScans - 1), {}).ok());
+  session->WaitUntilIdle();
+  ASSERT_EQ(AdjustmentsIn(*session).size(), 2U);
+  EXPECT_EQ(AdjustmentsIn(*session)[1].moved_count(), kScans - 1);
+  poses.emplace_back();
+  EXPECT_EQ(PosesIn(*session), poses);
+  EXPECT_EQ(BytesOf(*session), model);
 }
 
 // Scans of earlier releases, of which no links are known, stay: what comes now goes to them.

@@ -80,7 +80,7 @@ TEST_F(ScanReconcilerTest, APlacedScanThatCannotBeReadNowIsTriedAgain) {
   const std::string doubtful = SendUnreadable(absl::StatusCode::kOk).name();
   ASSERT_EQ(session_->scans().Get(doubtful)->state(), v1::SCAN_STATE_DOUBTFUL);
   store_.reading = absl::StatusCode::kUnavailable;
-  ASSERT_TRUE(session_->scans().Accept(doubtful, 0, {}).ok());
+  ASSERT_TRUE(session_->scans().Accept(doubtful, {}, {}).ok());
   session_->WaitUntilIdle();
   EXPECT_EQ(session_->scans().Get(doubtful)->state(), v1::SCAN_STATE_MERGING);
   EXPECT_THAT(session_->scans().Get(doubtful)->state_message(), HasSubstr("is tried again"));

@@ -26,7 +26,8 @@ export interface Payloads {
   deleteRejection: { name: string };
   claimView: { position: Place; scanner: string; plan: string; heading?: number };
   releaseClaim: { name: string };
-  acceptScan: { name: string; rivalPose: number };
+  // `etag`: of the scan as its poses were shown; absent in what an earlier page kept to be sent.
+  acceptScan: { name: string; rivalPose: number; etag?: string };
   withdrawScan: { name: string };
   // Align the scan again from this place and heading, rad; or merge it at exactly that pose.
   setScanPose: { name: string; position: Place; heading: number; asIs: boolean };
@@ -81,8 +82,8 @@ const senders: {
     await fleet.releaseClaim({ name, requestId }, { timeoutMs: patience });
     return "";
   },
-  async acceptScan(_, requestId, { name, rivalPose }) {
-    await scans.acceptScan({ name, rivalPose, requestId }, { timeoutMs: patience });
+  async acceptScan(_, requestId, { name, rivalPose, etag }) {
+    await scans.acceptScan({ name, rivalPose, etag, requestId }, { timeoutMs: patience });
     return name;
   },
   async withdrawScan(_, requestId, { name }) {

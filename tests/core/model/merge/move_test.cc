@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <random>
 #include <string>
@@ -72,8 +73,11 @@ class MovableScans {
       if (moved(i)) moves.push_back({scans_[i].id, back ? scans_[i].at : scans_[i].to});
     }
     std::shuffle(moves.begin(), moves.end(), random_);
+    // One after the other, and two at the same time.
+    const size_t at_once = 1 + ++times_moved_ % 2;
     const auto report = model.Move(
-        moves, [&](absl::string_view id) { return Find(id); }, pool_);
+        moves, [&](absl::string_view id) { return Find(id); }, pool_,
+        std::numeric_limits<int64_t>::max(), at_once);
     ASSERT_TRUE(report.ok()) << report.status();
     EXPECT_GT(report->changed_bricks, 0U);
     EXPECT_EQ(report->version, model.version());
@@ -104,6 +108,7 @@ class MovableScans {
   ModelConfig config_;
   parallel::ThreadPool pool_{2};
   std::vector<MovableScan> scans_;
+  size_t times_moved_ = 0;
 };
 
 // Of what planners and exports see, where scanners stood included; and it is what a snapshot keeps.

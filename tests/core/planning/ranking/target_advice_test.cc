@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <memory>
 #include <random>
 #include <string>
@@ -208,6 +211,17 @@ TEST_F(TargetAdviceTest, SaysNothingWhereTargetsAreNotWhatIsWanting) {
   view.verdict.outcome = registration::RegistrationOutcome::kDoubtful;
   view.verdict.overlap_share = 0.05;
   EXPECT_FALSE(Find(view).has_value()) << "overlaps too little";
+}
+
+// Three in one passage, and those that lie elsewhere after them.
+TEST_F(TargetAdviceTest, OtherPassagesGetItToo) {
+  Model(registration::Corridor(), {});
+  Plan plan;
+  for (const double x : {3.0, 2.6, 3.4, 3.2, -3.0, -2.8}) plan.refused.push_back(View(x, 0.3));
+  AdviseTargets(*problem_, parallel::Budget::Unlimited(), plan);
+  EXPECT_FALSE(plan.refused[3].targets.has_value());
+  EXPECT_TRUE(plan.refused[4].targets.has_value());
+  EXPECT_FALSE(plan.refused[5].targets.has_value());
 }
 
 TEST_F(TargetAdviceTest, TheBestRefusedViewsOfAPlanGetIt) {
