@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <chrono>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -55,8 +56,10 @@ RegistrationResult RegisterReturnsGlobally(const model::PlanningView& model,
   const GlobalSearch found = SearchGlobally(model, field, surface, config.sample_spacing, parallel);
   std::vector<Eigen::Isometry3d> starts = StartsAroundPrior(near_last);
   starts.insert(starts.begin(), found.places.begin(), found.places.end());
-  const Alignment alignment = AlignFrom(model, field, search, surface, near_last,
-                                        StartKind::kPlaces, starts, config, parallel);
+  Alignment alignment = AlignFrom(model, field, search, surface, near_last, StartKind::kPlaces,
+                                  starts, config, parallel);
+  if (found.more_places) alignment.open_within = std::numeric_limits<double>::infinity();
+  alignment.left_out = found.left_out;
   sensor::PosePrior there;
   there.T_world_scan = alignment.T_world_scan;
   RegistrationResult result = Qualify(model, surface, alignment, there, config, parallel).result;

@@ -4,14 +4,20 @@
 #include <Eigen/LU>
 #include <chrono>
 #include <cmath>
+#include <optional>
 #include <span>
+#include <string>
 #include <utility>
+#include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/registration/align/align.h"
 #include "core/registration/align/pose_step.h"
+#include "core/registration/align/prior_search.h"
 #include "core/registration/align/registration_config.h"
 #include "core/registration/align/scan_surface.h"
+#include "core/registration/align/space_agreement.h"
 #include "core/registration/align/targets.h"
 #include "core/registration/align/voxel_search.h"
 #include "core/registration/bound/instrument_limit.h"
@@ -119,6 +125,49 @@ RegistrationResult QualifyNearPrior(const model::PlanningView& model, const sens
   return qualified.result;
 }
 
+// Where a scan contradicts what is known around its prior, the prior may be worse than it says: the
+// scan is sought three times as far. What fits there is in doubt, since the prior spoke against it;
+// its bound, which knows the prior for what it is, holds. Nothing where nothing else fits.
+std::optional<RegistrationResult> FoundFarther(const model::PlanningView& model,
+                                               const sensor::Scan& scan, const ScanSurface& surface,
+                                               const sensor::PosePrior& prior,
+                                               const RegistrationResult& near,
+                                               const RegistrationConfig& config,
+                                               parallel::Parallel& parallel) {
+  constexpr double kContradicts = 0.1;  // more than furniture that was moved makes
+  constexpr double kTimes = 3;
+  constexpr double kOnePlace = 0.2;  // m: minima lie within a centimetre, rooms farther apart
+  if (near.verdict.registered() || near.contradiction_share <= kContradicts ||
+      !prior.covariance.has_value()) {
+    return std::nullopt;
+  }
+  sensor::PosePrior wide = prior;
+  *wide.covariance *= kTimes * kTimes;
+  RegistrationResult found =
+      QualifyNearPrior(model, scan, surface, Align(model, surface, wide, config, parallel), wide,
+                       config, {}, parallel);
+  RegistrationVerdict& verdict = found.verdict;
+  const bool rivals =
+      verdict.bases == std::vector<RegistrationBasis>{RegistrationBasis::kRivalPose};
+  const auto place = [](const RegistrationResult& of) { return of.T_world_scan.translation(); };
+  if ((!verdict.registered() && !rivals) || found.moved_area.has_value() ||
+      found.contradiction_share > kContradictionDoubtful ||
+      (place(found) - place(near)).norm() < kOnePlace) {
+    return std::nullopt;
+  }
+  if (verdict.registered()) verdict.bases = {RegistrationBasis::kNoPosePrior};
+  verdict.outcome = RegistrationOutcome::kDoubtful;
+  const std::string rest = rivals ? absl::StrCat("; ", verdict.reason) : "";
+  verdict.reason = absl::StrFormat(
+      "its prior is %.2f m off what the surfaces say, and states a sigma of %.2f m (where it puts "
+      "the scan, %.0f %% of it contradict what is known)%s",
+      (place(found) - prior.T_world_scan.translation()).norm(),
+      ReachOf(prior).shift / kSigmasOfPrior, 100 * near.contradiction_share, rest);
+  verdict.remedy = "accept the pose if it is right, and say how good priors are";
+  found.residuals.reset();
+  return found;
+}
+
 RegistrationResult RegisterReturns(const model::PlanningView& model, const sensor::Scan& scan,
                                    const sensor::PosePrior& prior,
                                    std::span<const TargetTie> targets,
@@ -142,6 +191,9 @@ RegistrationResult RegisterReturns(const model::PlanningView& model, const senso
     kept.converged = true;
     kept.displaced.reset();
     kept.rivals.clear();  // the pose was not chosen among minima
+    kept.not_compared.clear();
+    kept.open_within = kept.open_turn = 0;
+    kept.left_out.clear();
     result = Qualify(model, surface, kept, prior, config, parallel, targets, &scan).result;
     // At a pose that was given, residuals hold its error, too.
     if (result.residuals.has_value()) result.residuals = aligned.residuals;
@@ -160,6 +212,10 @@ RegistrationResult RegisterReturns(const model::PlanningView& model, const senso
     }
   } else {
     result = QualifyNearPrior(model, scan, surface, alignment, prior, config, targets, parallel);
+    if (targets.empty()) {
+      auto farther = FoundFarther(model, scan, surface, prior, result, config, parallel);
+      if (farther.has_value()) result = *std::move(farther);
+    }
   }
   SayInstrumentLimit(surface, config, result);
   // A person may take one of them: it is to be as good as the aligned one.

@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <span>
+#include <utility>
 
+#include "absl/strings/str_format.h"
 #include "core/registration/align/align_stages.h"
 #include "core/registration/align/correspondence_field.h"
 #include "core/registration/align/narrow_fit.h"
+#include "core/registration/align/other_minima.h"
 #include "core/registration/align/prior_search.h"
 #include "core/registration/align/space_agreement.h"
 #include "core/registration/align/voxel_search.h"
@@ -25,6 +29,10 @@ constexpr size_t kScoreSamples = 4000;   // for comparing minima: 0.8 %, of 15 %
 constexpr size_t kFineSamples = 24'000;  // for the last stage: a noise of 1 cm leaves 0.1 mm
 constexpr size_t kApartSamples = 500;    // for telling minima apart, to 4 % of their distance
 constexpr int kFineMinima = 5;           // that are refined and compared; each costs as much again
+// m, rms over the scan's surface: starts that are so near each other, half way, end together.
+constexpr double kMet = 0.02;
+// Beside these, of those that may be rivals: where a site repeats itself within a prior's reach.
+constexpr size_t kOtherMinima = 24;
 // Steps at most; both end earlier once a step is too small to matter (AlignFine). A minimum is
 // compared by its score, which its last digits do not change. The result is to have converged, also
 // where a weak direction takes many steps; it says whether it has.
@@ -84,6 +92,14 @@ std::vector<Result> InChunks(std::span<const SurfaceSample> samples, parallel::P
   return results;
 }
 
+// Whether all of the model lies within `radius` (m) of a place, across the floor.
+bool IsWithin(const model::PlanningView& model, const Eigen::Vector3d& place, double radius) {
+  const Eigen::Vector3d low = model.bounds().min.cast<double>() * model.voxel_size();
+  const Eigen::Vector3d high = model.bounds().max.cast<double>() * model.voxel_size();
+  const Eigen::Vector3d far = (low - place).cwiseAbs().cwiseMax((high - place).cwiseAbs());
+  return far.head<2>().norm() <= radius;
+}
+
 std::vector<Correspondence> CorrespondencesOf(const VoxelSearch& search,
                                               std::span<const SurfaceSample> samples,
                                               double roughness, const Eigen::Isometry3d& pose,
@@ -114,13 +130,52 @@ std::vector<Correspondence> CorrespondencesOf(const VoxelSearch& search,
   return all;
 }
 
+// What the starts end in, with scores. Most starts lie beside others that lead to the same minimum:
+// those that have met when the radius is half of what it was at first go on as one, in the order of
+// the starts.
+std::vector<Minimum> FirstStage(const CorrespondenceField& field, const VoxelSearch& search,
+                                std::span<const SurfaceSample> samples,
+                                std::span<const SurfaceSample> few,
+                                std::span<const Eigen::Isometry3d> starts, double reach,
+                                double voxel,
+                                const std::function<PriorTerm(const Eigen::Isometry3d&)>& term_of,
+                                parallel::Parallel& parallel) {
+  struct Way {
+    Eigen::Isometry3d pose;
+    PriorTerm term;
+    double radius = 0;  // m, that is next; 0: it has ended
+  };
+  std::vector<Way> ways;
+  ways.reserve(starts.size());
+  for (const Eigen::Isometry3d& start : starts) ways.push_back({start, term_of(start), reach});
+  parallel.For(ways.size(), [&](size_t i) {
+    ways[i].radius = NarrowCoarse(field, samples, ways[i].term, reach, 0.5 * reach, ways[i].pose);
+  });
+  std::vector<size_t> going;
+  for (size_t i = 0; i < ways.size(); ++i) {
+    const bool met = std::any_of(going.begin(), going.end(), [&](size_t other) {
+      return SurfaceDistance(ways[i].pose, ways[other].pose, few) < kMet;
+    });
+    if (!met) going.push_back(i);
+  }
+  std::vector<Minimum> minima(going.size());
+  parallel.For(going.size(), [&](size_t k) {
+    Way& way = ways[going[k]];
+    if (way.radius > 0) {
+      NarrowCoarse(field, samples, way.term, way.radius, LastRadius(voxel), way.pose);
+    }
+    minima[k] = {way.pose, ScorePose(search, samples, way.pose)};
+  });
+  return minima;
+}
+
 // The last stage: all samples, and once more where more of them would lie within the noise a little
 // away from where it ended.
 FineResult Finish(const VoxelSearch& search, const ScanSurface& surface,
                   const Eigen::Isometry3d& pose, const PriorTerm& prior,
-                  const RegistrationConfig& config, parallel::Parallel& parallel) {
+                  const RegistrationConfig& config, parallel::Parallel& parallel, int wide_steps) {
   FineResult fine = AlignFine(search, surface, kFineSamples, pose, prior, config, parallel,
-                              kFineSteps, WideScale(search.voxel_size()));
+                              kFineSteps, WideScale(search.voxel_size()), wide_steps);
   if (!fine.converged) return fine;
   const NarrowFit narrow =
       FindNarrowFit(CorrespondencesOf(search, First(surface, kScoreSamples), surface.roughness,
@@ -180,11 +235,22 @@ Alignment Align(const model::PlanningView& model, const ScanSurface& surface,
   const VoxelSearch search(
       model, {at - Eigen::Vector3d::Constant(radius), at + Eigen::Vector3d::Constant(radius)});
   std::vector<Eigen::Isometry3d> starts = StartsAroundPrior(prior);
-  const std::vector<Eigen::Isometry3d> places =
+  const PriorSearch around =
       SearchAroundPrior(model, field, surface, config.sample_spacing, prior, parallel);
-  starts.insert(starts.end(), places.begin(), places.end());
-  return AlignFrom(model, field, search, surface, prior, StartKind::kAroundPrior, starts, config,
-                   parallel, targets);
+  starts.insert(starts.end(), around.places.begin(), around.places.end());
+  Alignment result = AlignFrom(model, field, search, surface, prior, StartKind::kAroundPrior,
+                               starts, config, parallel, targets);
+  if (around.more_places) {
+    result.open_within = around.radius + (result.T_world_scan.translation() - at).norm();
+    result.open_turn = 2 * reach.turn;
+  }
+  if (!around.whole && !IsWithin(model, at, around.radius)) {
+    result.left_out = absl::StrFormat(
+        "its prior allows places farther than %.0f m away, which is as far as the "
+        "search goes",
+        around.radius);
+  }
+  return result;
 }
 
 Alignment AlignFrom(const model::PlanningView& model, const CorrespondenceField& field,
@@ -199,18 +265,18 @@ Alignment AlignFrom(const model::PlanningView& model, const CorrespondenceField&
     if (kind == StartKind::kPlaces) own.T_world_scan = start;
     return PriorTerm(own, targets);
   };
-  std::vector<Minimum> minima(starts.size());
-  parallel.For(starts.size(), [&](size_t i) {
-    const Eigen::Isometry3d pose = AlignCoarse(field, coarse, starts[i], term_of(starts[i]),
-                                               config.max_correspondence, model.voxel_size());
-    minima[i] = {pose, ScorePose(search, coarse, pose)};
-  });
+  std::vector<Minimum> minima =
+      FirstStage(field, search, coarse, few, starts, config.max_correspondence, model.voxel_size(),
+                 term_of, parallel);
   SortAndKeepDistinct(few, 0.5 * kApart, minima);
-  if (minima.size() > kFineMinima) minima.resize(kFineMinima);
-
-  parallel.For(minima.size(), [&](size_t i) {
+  const double best_of_first_stage = minima.front().score;
+  std::vector<Minimum> others;
+  if (minima.size() > kFineMinima) {
+    others.assign(minima.begin() + kFineMinima, minima.end());
+    minima.resize(kFineMinima);
+  }
+  const auto compare = [&](Minimum& m) {
     parallel::Serial serial;
-    Minimum& m = minima[i];
     m.T_world_scan =
         AlignFine(search, surface, kScoreSamples, m.T_world_scan, term_of(m.T_world_scan), config,
                   serial, kCompareSteps, WideScale(model.voxel_size()))
@@ -221,13 +287,22 @@ Alignment AlignFrom(const model::PlanningView& model, const CorrespondenceField&
         AgreementOf(in_space, CompareSamples(model, search, in_space, m.T_world_scan, serial));
     m.score *= space.Left();
     m.contradiction_share = space.ContradictionShare();
-  });
+  };
+  parallel.For(minima.size(), [&](size_t i) { compare(minima[i]); });
   SortAndKeepDistinct(few, kApart, minima);
+  OtherMinima other = FindOtherMinima(model, search, coarse, minima, others, best_of_first_stage,
+                                      kOtherMinima, parallel);
+  if (!other.worth.empty()) {
+    parallel.For(other.worth.size(), [&](size_t i) { compare(other.worth[i]); });
+    minima.insert(minima.end(), other.worth.begin(), other.worth.end());
+    SortAndKeepDistinct(few, kApart, minima);
+  }
 
   Alignment result;
+  result.not_compared = std::move(other.left_out);
   result.displaced = PutUndoubtedFirst(minima);
   const Eigen::Isometry3d best = minima.front().T_world_scan;
-  const FineResult fine = Finish(search, surface, best, term_of(best), config, parallel);
+  const FineResult fine = Finish(search, surface, best, term_of(best), config, parallel, 0);
   result.T_world_scan = fine.pose;
   result.converged = fine.converged;
   result.iterations = fine.iterations;
@@ -243,8 +318,8 @@ Alignment Refine(const model::PlanningView& model, const ScanSurface& surface, A
   const Eigen::Vector3d margin = Eigen::Vector3d::Constant(config.max_correspondence);
   box.extend(Eigen::Vector3d(box.min() - margin));
   box.extend(Eigen::Vector3d(box.max() + margin));
-  const FineResult fine =
-      Finish(VoxelSearch(model, box), surface, alignment.T_world_scan, prior, config, parallel);
+  const FineResult fine = Finish(VoxelSearch(model, box), surface, alignment.T_world_scan, prior,
+                                 config, parallel, kWideSteps);
   alignment.T_world_scan = fine.pose;
   alignment.converged = fine.converged;
   alignment.iterations = fine.iterations;

@@ -7,12 +7,14 @@
 #include <Eigen/Geometry>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "core/model/view/planning_view.h"
 #include "core/parallel/parallel.h"
 #include "core/registration/align/correspondence.h"
 #include "core/registration/align/correspondence_field.h"
+#include "core/registration/align/minimum.h"
 #include "core/registration/align/pose_step.h"
 #include "core/registration/align/registration_config.h"
 #include "core/registration/align/scan_surface.h"
@@ -22,13 +24,6 @@
 
 namespace vantage::registration {
 
-// Another pose that a start ended in.
-struct Minimum {
-  Eigen::Isometry3d T_world_scan = Eigen::Isometry3d::Identity();
-  double score = 0;  // share of the samples that fit, less those that contradict; at most 1
-  double contradiction_share = 0;  // SpaceAgreement's; 0 before it was compared with known space
-};
-
 struct Alignment {
   Eigen::Isometry3d T_world_scan = Eigen::Isometry3d::Identity();
   bool converged = false;
@@ -37,6 +32,13 @@ struct Alignment {
   std::vector<Minimum> rivals;  // other minima apart from it by more than kApart, best first
   // Of these, one that fits better, but which known space makes doubtful (algorithm.md section 9).
   std::optional<Minimum> displaced;
+  // Of the first stage, good to two voxels: may be as good, and were too many to be compared.
+  std::vector<Minimum> not_compared;
+  // m: how far from its pose other places may lie that fit about as well and are too many to be
+  // tried, and rad, how they may be turned. 0: all were tried; infinite: anywhere.
+  double open_within = 0;
+  double open_turn = 0;
+  std::string left_out;  // in words, where it may lie that was not searched; empty: nowhere
 };
 
 // Poses that move the scan's surface by less than this (m, rms) count as the same minimum. The

@@ -20,11 +20,9 @@ constexpr double kNarrowing = 0.6;
 
 }  // namespace
 
-Eigen::Isometry3d AlignCoarse(const CorrespondenceField& field,
-                              std::span<const SurfaceSample> samples, Eigen::Isometry3d pose,
-                              const PriorTerm& prior, double reach, double voxel) {
-  const double last = 2.0 * voxel;
-  for (double radius = reach; radius > last; radius *= 0.75) {
+double NarrowCoarse(const CorrespondenceField& field, std::span<const SurfaceSample> samples,
+                    const PriorTerm& prior, double radius, double until, Eigen::Isometry3d& pose) {
+  for (; radius > until; radius *= 0.75) {
     for (int step = 0; step < 3; ++step) {
       const Eigen::Matrix3f turn = pose.linear().cast<float>();
       const Eigen::Vector3f shift = pose.translation().cast<float>();
@@ -48,7 +46,7 @@ Eigen::Isometry3d AlignCoarse(const CorrespondenceField& field,
         normals.Add(point.cast<double>() - about, element->normal.cast<double>(), residual,
                     w * weight);
       }
-      if (normals.count < kFewestSamples) return pose;
+      if (normals.count < kFewestSamples) return 0;
       prior.AddTo(normals, pose, about);
       const sensor::Vector6d change = SolveStep(normals);
       pose = MovedPose(pose, change, about);
@@ -57,13 +55,20 @@ Eigen::Isometry3d AlignCoarse(const CorrespondenceField& field,
       if (change.tail<3>().norm() < 0.02 * radius && change.head<3>().norm() < 0.002) break;
     }
   }
+  return radius;
+}
+
+Eigen::Isometry3d AlignCoarse(const CorrespondenceField& field,
+                              std::span<const SurfaceSample> samples, Eigen::Isometry3d pose,
+                              const PriorTerm& prior, double reach, double voxel) {
+  NarrowCoarse(field, samples, prior, reach, LastRadius(voxel), pose);
   return pose;
 }
 
 FineResult AlignFine(const VoxelSearch& search, const ScanSurface& surface, size_t count,
                      const Eigen::Isometry3d& pose, const PriorTerm& prior,
                      const RegistrationConfig& config, parallel::Parallel& parallel,
-                     int max_iterations, double first_scale) {
+                     int max_iterations, double first_scale, int wide_steps) {
   const std::span<const SurfaceSample> samples(surface.samples.data(),
                                                std::min(count, surface.samples.size()));
   constexpr size_t kChunk = 1024;
@@ -81,7 +86,7 @@ FineResult AlignFine(const VoxelSearch& search, const ScanSurface& surface, size
   scale = first_scale;
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     // Wider at first: the coarse pose may be a voxel off.
-    const double reach = iteration < 2 ? kWidestReach : kFineReach;
+    const double reach = iteration < wide_steps ? kWidestReach : kFineReach;
     const Eigen::Vector3d about = result.pose.translation();
     parallel.For(chunks, [&](size_t chunk) {
       NormalEquations sum;

@@ -28,6 +28,15 @@ inline constexpr double kLeastMedianResidual = 5e-4;
 Eigen::Isometry3d AlignCoarse(const CorrespondenceField& field,
                               std::span<const SurfaceSample> samples, Eigen::Isometry3d pose,
                               const PriorTerm& prior, double reach, double voxel);
+// The same in parts: with a radius that shrinks from `radius` (m) as long as it is above `until`.
+// Returns the next radius.
+double NarrowCoarse(const CorrespondenceField& field, std::span<const SurfaceSample> samples,
+                    const PriorTerm& prior, double radius, double until, Eigen::Isometry3d& pose);
+// m: where it is to end.
+inline double LastRadius(double voxel) { return 2 * voxel; }
+
+// Steps in which surface is sought farther away, as the first stage may end a voxel off.
+inline constexpr int kWideSteps = 2;
 
 struct FineResult {
   Eigen::Isometry3d pose;
@@ -37,11 +46,11 @@ struct FineResult {
 };
 // Aligns against the voxels' centroids and normals, with the first `count` samples. `first_scale`
 // (m) is that of the weights at first: a voxel and a half (WideScale()) takes in what the first
-// stage leaves.
+// stage leaves. `wide_steps`: fewer where the pose is better than that.
 FineResult AlignFine(const VoxelSearch& search, const ScanSurface& surface, size_t count,
                      const Eigen::Isometry3d& pose, const PriorTerm& prior,
                      const RegistrationConfig& config, parallel::Parallel& parallel,
-                     int max_iterations, double first_scale);
+                     int max_iterations, double first_scale, int wide_steps = kWideSteps);
 
 inline double WideScale(double voxel) { return 1.5 * voxel; }
 

@@ -93,22 +93,32 @@ void CorrespondenceField::Grow(int direction, double reach, Cells front) {
   // A straight line over faces is at most sqrt(3) times as long as the way; half as much again is
   // what corners of the reach's sphere that nobody is in leave.
   const int rings = static_cast<int>(std::ceil(reach / cell_ * 1.5)) + 1;
-  // Ring by ring, each cell asking its six neighbours' element whether it is nearer.
+  // Ring by ring, each cell asking its six neighbours' element whether it is nearer. A cell is in
+  // the next ring once, with the element that it has by then.
+  const std::array<ptrdiff_t, 3> along = {1, size_.x(),
+                                          static_cast<ptrdiff_t>(size_.x()) * size_.y()};
+  std::vector<uint16_t> in_ring(nearest.size(), 0);
   Cells next;
-  for (int ring = 0; ring < rings && !front.empty(); ++ring) {
+  for (int ring = 1; ring <= rings && !front.empty(); ++ring) {
     next.clear();
     for (const Eigen::Array3i& cell : front) {
-      const int32_t element = nearest[Flat(cell)];
+      const auto flat = static_cast<ptrdiff_t>(Flat(cell));
+      const int32_t element = nearest[static_cast<size_t>(flat)];
       for (int side = 0; side < 6; ++side) {
+        const int axis = side / 2;
+        const int step = side % 2 == 0 ? 1 : -1;
         Eigen::Array3i neighbour = cell;
-        neighbour[side / 2] += side % 2 == 0 ? 1 : -1;
-        if ((neighbour < 0).any() || (neighbour >= size_).any()) continue;
-        int32_t& slot = nearest[Flat(neighbour)];
+        neighbour[axis] += step;
+        if (neighbour[axis] < 0 || neighbour[axis] >= size_[axis]) continue;
+        const auto there = static_cast<size_t>(flat + step * along[static_cast<size_t>(axis)]);
+        int32_t& slot = nearest[there];
         if (slot == element) continue;
         const Eigen::Vector3f c = CentreOf(neighbour);
         if ((elements_[static_cast<size_t>(element)].centroid - c).squaredNorm() > limit) continue;
         if (!closer(element, slot, c)) continue;
         slot = element;
+        if (in_ring[there] == ring) continue;
+        in_ring[there] = static_cast<uint16_t>(ring);
         next.push_back(neighbour);
       }
     }

@@ -16,14 +16,17 @@ namespace vantage::registration {
 
 struct GlobalSearch {
   std::vector<Eigen::Isometry3d> places;  // T_world_scan, best first; good to a few decimetres
+  bool more_places = false;               // others fit half as well as the best, and are left out
   bool floor_found = false;               // a floor in the scan gave tilt and height
   std::string why_not;                    // in words, when there are no places
+  std::string left_out;  // in words, floors that were not searched; empty: all were
 };
 
 // Tries a lattice of places and headings all over the model, where its space is known and three
-// metres beyond: heights from the floors that model and scan show, or from where scanners stood.
-// `field` covers the model. The work is bounded: a site of more than 16 million candidates (10,000
-// m^2 with floors at three heights) is not searched, and the answer says so.
+// metres beyond: heights from the floors that model and scan show, or from where scanners stood,
+// each where that floor is known. `field` covers the model. The work is bounded: of a site of more
+// than 16 million candidates (30,000 m^2 of floors) the largest floors are searched, and the answer
+// says so.
 GlobalSearch SearchGlobally(const model::PlanningView& model, const CorrespondenceField& field,
                             const ScanSurface& surface, double spacing,
                             parallel::Parallel& parallel);

@@ -26,11 +26,16 @@ constexpr size_t kLeft = 5;          // one in so many
 // m and headings between places: places nearer than a step lead to the same minimum.
 constexpr double kNotTheSame = 0.30;
 constexpr int kHeadingsNotTheSame = 2;
+// Where a site repeats itself the right place need not be among the best: it may lie between those
+// of the lattice, where another lies on one, and where the model ends it fits three quarters of
+// what another does. Places as good as that are wanted however many they are, but one around each
+// (m): the first stage's reach is half a metre.
+constexpr float kAsGood = 0.5f;
+constexpr double kGoodOnesApart = 0.60;
 
 struct Candidate {
   float score = 0;
   int place = 0;
-  int height = 0;
   int heading = 0;
 };
 
@@ -86,19 +91,15 @@ float Misplaced(const model::PlanningView& model, const CorrespondenceField& fie
 
 }  // namespace
 
-std::vector<Eigen::Isometry3d> SearchLattice(const model::PlanningView& model,
-                                             const CorrespondenceField& field,
-                                             const ScanSurface& surface, const Lattice& lattice,
-                                             size_t most, parallel::Parallel& parallel) {
+LatticeFinds SearchLattice(const model::PlanningView& model, const CorrespondenceField& field,
+                           const ScanSurface& surface, const Lattice& lattice,
+                           const LatticeWish& wish, parallel::Parallel& parallel) {
   const auto at = [&](const Candidate& c) -> Eigen::Vector3f {
-    const Eigen::Vector2d& place = lattice.places[static_cast<size_t>(c.place)];
-    return Eigen::Vector3d(place.x(), place.y(), lattice.heights[static_cast<size_t>(c.height)])
-        .cast<float>();
+    return lattice.places[static_cast<size_t>(c.place)].cast<float>();
   };
   const auto better = [](const Candidate& a, const Candidate& b) {
     if (a.score != b.score) return a.score > b.score;
-    if (a.heading != b.heading) return a.heading < b.heading;
-    return a.height != b.height ? a.height < b.height : a.place < b.place;
+    return a.heading != b.heading ? a.heading < b.heading : a.place < b.place;
   };
   const size_t headings = lattice.headings.size();
   const bool many = lattice.size() > kMany;
@@ -108,13 +109,11 @@ std::vector<Eigen::Isometry3d> SearchLattice(const model::PlanningView& model,
     const Turned turned = Turn(surface, lattice.upright, heading);
     std::vector<Candidate>& list = best[slot];
     const size_t first = many ? kFirstSamples : kFewSamples;
-    list.reserve(lattice.heights.size() * lattice.places.size());
-    for (int height = 0; height < static_cast<int>(lattice.heights.size()); ++height) {
-      for (int place = 0; place < static_cast<int>(lattice.places.size()); ++place) {
-        Candidate c{0, place, height, heading};
-        c.score = Fit(field, turned, first, at(c));
-        list.push_back(c);
-      }
+    list.reserve(lattice.places.size());
+    for (int place = 0; place < static_cast<int>(lattice.places.size()); ++place) {
+      Candidate c{0, place, heading};
+      c.score = Fit(field, turned, first, at(c));
+      list.push_back(c);
     }
     if (many) {
       const size_t left = list.size() / kLeft + 1;
@@ -148,24 +147,30 @@ std::vector<Eigen::Isometry3d> SearchLattice(const model::PlanningView& model,
   std::sort(all.begin(), all.end(), better);
 
   std::vector<Candidate> chosen;
-  std::vector<Eigen::Isometry3d> poses;
+  LatticeFinds finds;
   for (const Candidate& c : all) {
-    if (chosen.size() >= most) break;
+    const bool enough = chosen.size() >= wish.least;
+    if (enough && !(c.score >= kAsGood * all.front().score)) break;
+    const double apart = enough ? kGoodOnesApart : kNotTheSame;
     const bool same = std::any_of(chosen.begin(), chosen.end(), [&](const Candidate& other) {
       const int turn = std::abs(c.heading - other.heading);
       return std::min(turn, kHeadings - turn) < kHeadingsNotTheSame &&
-             (at(c) - at(other)).norm() < kNotTheSame;
+             (at(c) - at(other)).norm() < apart;
     });
     if (same) continue;
+    if (chosen.size() >= wish.most) {
+      finds.more = true;
+      break;
+    }
     chosen.push_back(c);
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
     pose.linear() =
         Eigen::AngleAxisd(2 * sensor::kPi * c.heading / kHeadings, Eigen::Vector3d::UnitZ()) *
         lattice.upright;
     pose.translation() = at(c).cast<double>();
-    poses.push_back(pose);
+    finds.poses.push_back(pose);
   }
-  return poses;
+  return finds;
 }
 
 }  // namespace vantage::registration

@@ -15,7 +15,7 @@
 
 namespace vantage::registration {
 
-// Where a scan is tried: all combinations.
+// Where a scan is tried: at all places with all headings.
 struct Lattice {
   // Steps that leave the alignment's first stage at most its reach of half a metre to bridge, with
   // the walls some metres off.
@@ -24,20 +24,29 @@ struct Lattice {
   // Samples that a surface has to have to be tried.
   static constexpr size_t kFewestSamples = 60;
 
-  std::vector<Eigen::Vector2d> places;                    // m
-  std::vector<double> heights;                            // z of the scanner, m
+  std::vector<Eigen::Vector3d> places;                    // m, of the scanner
   std::vector<int> headings;                              // of kHeadings, about the vertical,
   Eigen::Matrix3d upright = Eigen::Matrix3d::Identity();  // after this
 
-  size_t size() const { return places.size() * heights.size() * headings.size(); }
+  size_t size() const { return places.size() * headings.size(); }
 };
 
-// The best poses, T_world_scan, at most `most`, apart from each other, the best first: good to a
-// few decimetres. `field` covers what they reach. The same for any number of threads.
-std::vector<Eigen::Isometry3d> SearchLattice(const model::PlanningView& model,
-                                             const CorrespondenceField& field,
-                                             const ScanSurface& surface, const Lattice& lattice,
-                                             size_t most, parallel::Parallel& parallel);
+// How many places are wanted.
+struct LatticeWish {
+  size_t least = 0;  // the best, as long as there are any
+  size_t most = 0;   // with those beyond them that fit half as well as the best, one around each
+};
+
+struct LatticeFinds {
+  std::vector<Eigen::Isometry3d> poses;  // T_world_scan, apart from each other, the best first
+  bool more = false;                     // there are others that fit half as well
+};
+
+// The best poses, good to a few decimetres. `field` covers what they reach. The same for any number
+// of threads.
+LatticeFinds SearchLattice(const model::PlanningView& model, const CorrespondenceField& field,
+                           const ScanSurface& surface, const Lattice& lattice,
+                           const LatticeWish& wish, parallel::Parallel& parallel);
 
 }  // namespace vantage::registration
 

@@ -4,6 +4,8 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "core/registration/align/floor_plane.h"
 #include "core/registration/align/lattice_search.h"
@@ -12,13 +14,17 @@
 namespace vantage::registration {
 namespace {
 
-constexpr size_t kPlacesAround =
-    16;  // beside the starts at the prior, each an alignment's first stage
+// Beside the starts at the prior, each an alignment's first stage. Where the reach is wide a site
+// may repeat itself in it more often: one in so many places of the lattice then, if they are as
+// good.
+constexpr size_t kPlacesAround = 16;
+constexpr size_t kMostPlacesAround = 160;
+constexpr size_t kPlacesToOne = 12;
 // m: whoever knows less knows nothing, and is served as well without a prior.
 constexpr double kMostShift = 200;
-// Candidates, since every scan is aligned from a prior: with headings to 15 degrees 60 m around,
-// with all headings 18 m; a fifth of a second.
-constexpr size_t kMostAround = 500'000;
+// Candidates: with headings to 15 degrees 170 m around, with all headings 50 m; a second and a
+// half.
+constexpr size_t kMostAround = 4'000'000;
 
 }  // namespace
 
@@ -36,22 +42,22 @@ PriorReach ReachOf(const sensor::PosePrior& prior) {
   return reach;
 }
 
-std::vector<Eigen::Isometry3d> SearchAroundPrior(const model::PlanningView& model,
-                                                 const CorrespondenceField& field,
-                                                 const ScanSurface& surface, double spacing,
-                                                 const sensor::PosePrior& prior,
-                                                 parallel::Parallel& parallel) {
+PriorSearch SearchAroundPrior(const model::PlanningView& model, const CorrespondenceField& field,
+                              const ScanSurface& surface, double spacing,
+                              const sensor::PosePrior& prior, parallel::Parallel& parallel) {
   const PriorReach reach = ReachOf(prior);
-  if (surface.samples.size() < Lattice::kFewestSamples) return {};
+  PriorSearch search;
+  search.radius = reach.shift;
+  if (surface.samples.size() < Lattice::kFewestSamples) return search;
   const Eigen::Vector3d at = prior.T_world_scan.translation();
   Lattice lattice;
   lattice.upright = prior.T_world_scan.linear();
-  lattice.heights = {at.z()};
+  std::vector<double> heights = {at.z()};
   if (reach.rise > kHeightOverStation) {
     FloorPlane floor;
     const bool found = FindFloorPlane(surface.samples, spacing, kMaxTilt, floor);
-    for (const double z : ScannerHeights(model, found ? &floor : nullptr)) {
-      if (std::abs(z - at.z()) <= reach.rise) lattice.heights.push_back(z);
+    for (const ScannerHeight& height : ScannerHeights(model, found ? &floor : nullptr)) {
+      if (std::abs(height.z() - at.z()) <= reach.rise) heights.push_back(height.z());
     }
   }
   // All that the prior allows, or as much of it around its middle as is not too much work.
@@ -60,17 +66,26 @@ std::vector<Eigen::Isometry3d> SearchAroundPrior(const model::PlanningView& mode
         2 * sensor::kPi * std::min(heading, Lattice::kHeadings - heading) / Lattice::kHeadings;
     if (turn <= reach.turn + 1e-9) lattice.headings.push_back(heading);
   }
-  const size_t each = lattice.heights.size() * lattice.headings.size();
+  const size_t each = heights.size() * lattice.headings.size();
   const double most = static_cast<double>(kMostAround) / static_cast<double>(each);
-  const double radius = std::min(reach.shift, Lattice::kPlaceStep * std::sqrt(most / sensor::kPi));
-  const int steps = static_cast<int>(radius / Lattice::kPlaceStep);
-  for (int y = -steps; y <= steps; ++y) {
-    for (int x = -steps; x <= steps; ++x) {
-      const Eigen::Vector2d shift = Lattice::kPlaceStep * Eigen::Vector2d(x, y);
-      if (shift.norm() <= radius) lattice.places.push_back(at.head<2>() + shift);
+  search.radius = std::min(reach.shift, Lattice::kPlaceStep * std::sqrt(most / sensor::kPi));
+  search.whole = search.radius >= reach.shift && reach.shift < kMostShift;
+  const int steps = static_cast<int>(search.radius / Lattice::kPlaceStep);
+  for (const double z : heights) {
+    for (int y = -steps; y <= steps; ++y) {
+      for (int x = -steps; x <= steps; ++x) {
+        const Eigen::Vector2d shift = Lattice::kPlaceStep * Eigen::Vector2d(x, y);
+        if (shift.norm() > search.radius) continue;
+        lattice.places.emplace_back(at.x() + shift.x(), at.y() + shift.y(), z);
+      }
     }
   }
-  return SearchLattice(model, field, surface, lattice, kPlacesAround, parallel);
+  const LatticeWish wish = {kPlacesAround, std::clamp(lattice.places.size() / kPlacesToOne,
+                                                      kPlacesAround, kMostPlacesAround)};
+  LatticeFinds finds = SearchLattice(model, field, surface, lattice, wish, parallel);
+  search.places = std::move(finds.poses);
+  search.more_places = finds.more && wish.most > kPlacesAround;
+  return search;
 }
 
 }  // namespace vantage::registration

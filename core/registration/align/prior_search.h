@@ -28,13 +28,18 @@ struct PriorReach {
 // people show a spot on a plan to half a metre, and a heading to five degrees.
 PriorReach ReachOf(const sensor::PosePrior& prior);
 
-// The best places within that reach, T_world_scan; of a reach that would be too much work, as much
-// as is nearest to the prior. `field` covers what they reach.
-std::vector<Eigen::Isometry3d> SearchAroundPrior(const model::PlanningView& model,
-                                                 const CorrespondenceField& field,
-                                                 const ScanSurface& surface, double spacing,
-                                                 const sensor::PosePrior& prior,
-                                                 parallel::Parallel& parallel);
+struct PriorSearch {
+  std::vector<Eigen::Isometry3d> places;  // T_world_scan, the best first
+  bool more_places = false;               // others fit half as well as the best, and are left out
+  double radius = 0;                      // m around the prior that were searched, across the floor
+  bool whole = true;                      // that is all that the prior allows
+};
+
+// The best places within that reach; of a reach that would be too much work, as much as is nearest
+// to the prior. `field` covers what they reach.
+PriorSearch SearchAroundPrior(const model::PlanningView& model, const CorrespondenceField& field,
+                              const ScanSurface& surface, double spacing,
+                              const sensor::PosePrior& prior, parallel::Parallel& parallel);
 
 }  // namespace vantage::registration
 

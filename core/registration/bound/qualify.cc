@@ -174,6 +174,55 @@ void Refuse(RegistrationVerdict& verdict, RegistrationOutcome outcome, Registrat
   verdict.remedy = remedy;
 }
 
+// m: how far apart two poses put the overlap, at the corners of its box.
+double CornersApart(const Eigen::AlignedBox3d& box, const Eigen::Isometry3d& a,
+                    const Eigen::Isometry3d& b) {
+  const Eigen::Isometry3d change = b * a.inverse();
+  double apart = 0;
+  for (int i = 0; i < 8; ++i) {
+    const Eigen::Vector3d corner = box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(i));
+    apart = std::max(apart, (change * corner - corner).norm());
+  }
+  return apart;
+}
+
+// Makes a doubt of rivals, and the bound span them: what is stated has to hold whichever of the
+// poses is right, those included that were too many to be compared.
+void DoubtForRivals(const Alignment& alignment, const Eigen::AlignedBox3d& overlap,
+                    RegistrationResult& result) {
+  RegistrationVerdict& verdict = result.verdict;
+  const RivalPose& first = result.rival_poses.front();
+  double farthest = 0;  // m, of the rivals
+  double spans = alignment.open_within + 0.5 * overlap.diagonal().norm() * alignment.open_turn;
+  const auto span = [&](const Eigen::Isometry3d& there) {
+    spans = std::max(spans, CornersApart(overlap, alignment.T_world_scan, there));
+  };
+  for (const RivalPose& rival : result.rival_poses) {
+    farthest = std::max(farthest, rival.distance);
+    span(rival.T_world_scan);
+  }
+  for (const Minimum& other : alignment.not_compared) span(other.T_world_scan);
+  verdict.error_bound =
+      std::isfinite(spans) ? verdict.error_bound + spans : 2 * OverlapGeometry::kUnconstrained;
+  verdict.rigorous_bound = std::max(verdict.rigorous_bound, verdict.error_bound);
+  std::string reason = absl::StrFormat(
+      "another pose %.2f m away fits as well by all that is known (%.0f %% of what this one does)",
+      first.distance, 100 * first.fit_share);
+  if (result.rival_poses.size() > 1) {
+    absl::StrAppendFormat(&reason, ", and so do %d more, up to %.2f m away",
+                          result.rival_poses.size() - 1, farthest);
+  }
+  if (!alignment.not_compared.empty()) {
+    absl::StrAppendFormat(&reason, "; %d others were too many to be compared",
+                          alignment.not_compared.size());
+  } else if (alignment.open_within > 0) {
+    reason += "; there may be others, which were too many to be tried";
+  }
+  Refuse(verdict, RegistrationOutcome::kDoubtful, RegistrationBasis::kRivalPose, reason,
+         "say how good the prior pose is, or overlap something that is not the same on both "
+         "sides");
+}
+
 // The target farthest from its known place, among those whose distance its own uncertainty and that
 // of the pose do not explain; null when there is none.
 const TargetTie* WrongTarget(const RegistrationResult& result, std::span<const TargetTie> targets,
@@ -305,20 +354,11 @@ Qualification Qualify(const model::PlanningView& model, const ScanSurface& surfa
     }
   }
   if (!result.rival_poses.empty()) {
-    const RivalPose& first = result.rival_poses.front();
-    // What is stated has to hold whichever of them is right.
-    double farthest = 0;
-    for (const RivalPose& rival : result.rival_poses) {
-      farthest = std::max(farthest, rival.distance);
-    }
-    verdict.error_bound += farthest;
-    verdict.rigorous_bound = std::max(verdict.rigorous_bound, verdict.error_bound);
-    Refuse(verdict, RegistrationOutcome::kDoubtful, RegistrationBasis::kRivalPose,
-           absl::StrFormat("another pose %.2f m away fits as well by all that is known (%.0f %% of "
-                           "what this one does)",
-                           first.distance, 100 * first.fit_share),
-           "say how good the prior pose is, or overlap something that is not the same on both "
-           "sides");
+    DoubtForRivals(alignment, geometry.box(), result);
+  } else if (!alignment.left_out.empty() && verdict.registered()) {
+    Refuse(verdict, RegistrationOutcome::kDoubtful, RegistrationBasis::kNoPosePrior,
+           absl::StrCat("it may have been made elsewhere: ", alignment.left_out),
+           "accept the pose if it is right, or give a better prior pose");
   }
   double metres = 0;
   if (const TargetTie* wrong = WrongTarget(result, targets, metres); wrong != nullptr) {

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "absl/status/statusor.h"
+#include "absl/strings/str_format.h"
 #include "core/parallel/thread_pool.h"
 #include "core/registration/bound/registration_result.h"
 #include "core/registration/registration.h"
@@ -81,6 +82,30 @@ TEST_F(RivalsInACorridor, WhereAPriorAllowsAnotherBayThatIsAlikeAScanIsInDoubt) 
   }
 }
 
+// Nine bays and more lie within the prior's reach; those that the model does not refute are named.
+TEST_F(RivalsInACorridor, HoweverManyBaysAPriorAllowsTheRightOneIsNamedAndSpanned) {
+  for (const double off : {-3 * kBay, -1.0, 4 * kBay}) {
+    SCOPED_TRACE(off);
+    const auto result = RegisterFrom({off, 0, 0}, 5);
+    ASSERT_TRUE(result.ok()) << result.status();
+    EXPECT_EQ(result->verdict.outcome, RegistrationOutcome::kDoubtful);
+    EXPECT_THAT(result->verdict.bases, testing::ElementsAre(RegistrationBasis::kRivalPose));
+    EXPECT_GT(result->rival_poses.size(), 2U);
+    EXPECT_THAT(result->verdict.reason,
+                testing::HasSubstr(
+                    absl::StrFormat("and so do %d more, up to ", result->rival_poses.size() - 1)));
+    EXPECT_GT(result->verdict.error_bound, Error(*result));
+    double nearest = Error(*result);
+    double farthest = 0;
+    for (const RivalPose& rival : result->rival_poses) {
+      nearest = std::min(nearest, (rival.T_world_scan.translation() - Truth()).norm());
+      farthest = std::max(farthest, rival.distance);
+    }
+    EXPECT_LT(nearest, 0.003) << result->verdict.reason;
+    EXPECT_GE(result->verdict.error_bound, farthest);
+  }
+}
+
 TEST_F(RivalsInACorridor, APriorThatExcludesOtherBaysDecides) {
   const auto result = RegisterFrom({0.3, -0.2, 0}, 0.3);
   ASSERT_TRUE(result.ok()) << result.status();
@@ -102,6 +127,24 @@ TEST(Rivals, APriorThatMayBeMetresOffFindsTheOnlyPlace) {
     ASSERT_TRUE(result.ok()) << result.status();
     EXPECT_TRUE(result->verdict.registered()) << result->verdict.reason;
     EXPECT_LT((result->T_world_scan.translation() - truth.translation()).norm(), 0.003);
+  }
+}
+
+// The prior says 15 cm and is nearly 2 m off, in a place that the scan contradicts.
+TEST(Rivals, APriorThatIsMuchWorseThanItSaysIsFoundOut) {
+  parallel::ThreadPool pool(2);
+  const BoxScene scene = FurnishedRoom(2);
+  const auto model = ModelFromScan(scene, PoseAt({-0.6, 0.3, 1.4}, 0), {}, 5);
+  const Eigen::Isometry3d truth = PoseAt({0.5, -0.2, 1.45}, 0.6);
+  const sensor::Scan scan = ScanScene(scene, truth, {}, 6);
+  for (const Eigen::Vector3d& off : {Eigen::Vector3d(1.6, 0.7, 0), Eigen::Vector3d(-1.5, 1.2, 0)}) {
+    SCOPED_TRACE(off.transpose());
+    const auto result = Register(*model, scan, PriorAt(truth, off, 0.15), {}, pool);
+    ASSERT_TRUE(result.ok()) << result.status();
+    EXPECT_LT((result->T_world_scan.translation() - truth.translation()).norm(),
+              result->verdict.error_bound);
+    EXPECT_LT((result->T_world_scan.translation() - truth.translation()).norm(), 0.003)
+        << result->verdict.reason;
   }
 }
 
