@@ -298,10 +298,9 @@ Qualification Qualify(const model::PlanningView& model, const ScanSurface& surfa
         MovedThingsExplain(model, *scan, surface, config.sample_spacing,
                            alignment.displaced->T_world_scan, alignment.T_world_scan, in_space,
                            agreements, parallel)) {
-      const Eigen::Isometry3d& there = alignment.displaced->T_world_scan;
-      result.rival_poses.push_back(
-          {there, alignment.displaced->score / alignment.score,
-           (there.translation() - alignment.T_world_scan.translation()).norm()});
+      result.rival_poses.push_back(RivalOf(alignment.displaced->T_world_scan,
+                                           alignment.displaced->score / alignment.score,
+                                           alignment.T_world_scan, in_space));
     }
   }
   if (!result.rival_poses.empty()) {
@@ -309,7 +308,7 @@ Qualification Qualify(const model::PlanningView& model, const ScanSurface& surfa
     // What is stated has to hold whichever of them is right.
     double farthest = 0;
     for (const RivalPose& rival : result.rival_poses) {
-      farthest = std::max(farthest, rival.distance);
+      farthest = std::max(farthest, rival.farthest);
     }
     verdict.error_bound += farthest;
     verdict.rigorous_bound = std::max(verdict.rigorous_bound, verdict.error_bound);
