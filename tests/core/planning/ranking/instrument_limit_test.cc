@@ -86,14 +86,5 @@ TEST_F(PlannedInstrumentLimit, IsNoFalseAlarm) {
   EXPECT_FALSE(refused.attainable_accuracy.has_value()) << refused.message;
 }
 
-// A bare corridor leaves a scan open along it, whatever the instrument.
-TEST_F(PlannedInstrumentLimit, IsNotBlamedForTheShapeOfASite) {
-  model_ = registration::ModelFromScan(registration::Corridor(),
-                                       registration::PoseAt({0, 0, 1.4}, 0), {}, 3);
-  const Plan plan = PlanWith({});
-  EXPECT_TRUE(plan.views.empty());
-  EXPECT_FALSE(plan.attainable_accuracy.has_value()) << plan.message;
-}
-
 }  // namespace
 }  // namespace vantage::planning

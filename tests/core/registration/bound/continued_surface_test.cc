@@ -64,8 +64,9 @@ TEST(ContinuedSurface, ACorridorGoesOnWhereItsScansEnd) {
 }
 
 TEST(ContinuedSurface, OfAClosedRoomNothingIsBeyond) {
-  const auto model = ModelFromScan(BareRoom(), PoseAt({0.3, 0.2, 1.4}, 0.4),
-                                   {.elevation_min = sensor::Radians(-89)}, 7);
+  ScanSettings all_down;
+  all_down.elevation_min = sensor::Radians(-89);
+  const auto model = ModelFromScan(BareRoom(), PoseAt({0.3, 0.2, 1.4}, 0.4), all_down, 7);
   const Eigen::Vector3d at(-0.5, 0.4, 1.4);
   const std::vector<SurfaceSample> beyond =
       ContinuedSurface(*model, SeenFrom(*model, at), at, sensor::ScannerModel());
