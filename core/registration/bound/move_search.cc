@@ -6,7 +6,6 @@
 #include <cstdint>
 
 #include "core/registration/align/align.h"
-#include "core/registration/align/align_stages.h"
 #include "core/sensor/scanner_model.h"
 
 namespace vantage::registration {
@@ -38,11 +37,6 @@ constexpr double kSamePlaceOfMoves = 0.3;  // m, as in lattices (kNotTheSame)
 // Between turns that are tried: half of it moves a wall five metres off by its samples' reach.
 constexpr double kTurnStep = sensor::Radians(3);
 constexpr double kSameTurnOfMoves = sensor::Radians(12);
-// Of a slide: samples of all that the scan shows, and the share of what fits where it is that has
-// to fit there before it is refined.
-constexpr size_t kSlideSamples = 192;
-constexpr double kSlideWorthALook = 0.80;
-
 // Whether a square of `side` shifts from (x, y), in steps, comes as near as that.
 bool ComesWithin(double reach, double step, int x, int y, int side) {
   const Eigen::Vector2d nearest(std::clamp(0, x, x + side - 1), std::clamp(0, y, y + side - 1));
@@ -225,35 +219,6 @@ std::vector<ScanMove> MoveSearch::Twins(double reach, double turn) const {
   turned = BestApart(std::move(turned));
   found.insert(found.end(), turned.begin(), turned.end());
   return found;
-}
-
-std::vector<ScanMove> MoveSearch::Slides(double reach, double score_here) const {
-  const std::span<const SurfaceSample> few =
-      samples_.first(std::min(kSlideSamples, samples_.size()));
-  const double step = coarse_.step();
-  const double least = kSlideWorthALook * score_here;
-  double share = 0;  // of the shift that was asked last
-  const auto may = [&](int level, int x, int y) {
-    const Eigen::Vector3d corner = position_ + step * Eigen::Vector3d(x, y, 0);
-    size_t may_fit = 0;
-    for (const SurfaceSample& s : few) {
-      may_fit += coarse_.MayLieOn(level, corner + s.point.cast<double>(),
-                                  CoarseSurface::Facing(s.normal.cast<double>()))
-                     ? 1
-                     : 0;
-    }
-    share = static_cast<double>(may_fit) / static_cast<double>(std::max<size_t>(1, few.size()));
-    return share >= least;
-  };
-  std::vector<ScanMove> found;
-  ForEachShift(reach, step, may, [&](int x, int y) {
-    const ScanMove move{{step * x, step * y, 0}, 0, share};
-    if (move.by.norm() >= kNearMove) found.push_back(move);
-  });
-  KeepMost(found);
-  for (ScanMove& move : found) move.fits = ScorePose(search_, few, Moved(position_, move));
-  std::erase_if(found, [&](const ScanMove& move) { return move.fits < least; });
-  return BestApart(std::move(found));
 }
 
 }  // namespace vantage::registration

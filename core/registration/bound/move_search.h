@@ -46,10 +46,6 @@ class MoveSearch {
   // neighbours, a few of each of the two, best first.
   std::vector<ScanMove> Twins(double reach, double turn) const;
 
-  // Where as much fits as where the scan is, or nearly, whether it notices the move or not: farther
-  // than near moves, shifts alone.
-  std::vector<ScanMove> Slides(double reach, double score_here) const;
-
  private:
   struct Asked;  // samples, turned
   // The twins with one turn.

@@ -17,7 +17,6 @@
 #include "core/registration/align/scan_surface.h"
 #include "core/registration/align/space_agreement.h"
 #include "core/registration/align/targets.h"
-#include "core/registration/bound/continued_surface.h"
 #include "core/registration/bound/rivals.h"
 #include "core/sensor/pose_prior.h"
 
@@ -38,10 +37,6 @@ constexpr int kRefineSteps = 8;
 // A near one may be on its way to where the scan is, as an alignment's first stage would lead it,
 // and a turned one begins a degree off: they are followed towards their ends.
 constexpr int kLongSteps = 30;
-// Samples beyond what is known, that may add to what fits elsewhere.
-constexpr size_t kLeastBeyond = 20;
-// Of what fits where the scan is, what fits at a slide that is taken for a rival.
-constexpr double kSlideFits = 0.97;
 constexpr double kFieldCells = 1e5;   // of 20 cm around a room: that stage reaches half a metre
 constexpr double kCellAllOver = 0.2;  // m, of a field for all of a model
 
@@ -223,32 +218,6 @@ std::vector<RivalPose> RivalForecast::Twins(const ScanSurface& surface,
   return OpenRivals(model_, surface, alignment, {samples, agreements}, serial);
 }
 
-std::vector<RivalPose> RivalForecast::Slides(const ScanSurface& surface,
-                                             const Eigen::Vector3d& position, const Reach& reach,
-                                             const RegistrationConfig& config) const {
-  if (reach.shift < kNearMove || !surface.scanner.TurnsAllAround()) return {};
-  const std::vector<SurfaceSample> beyond =
-      ContinuedSurface(model_, surface.samples, position, surface.scanner);
-  if (beyond.size() < kLeastBeyond) return {};
-  ScanSurface continued = surface;
-  continued.samples.insert(continued.samples.end(), beyond.begin(), beyond.end());
-  SpreadSamples(continued.samples);
-  const std::span<const SurfaceSample> samples = Compared(continued);
-  const Eigen::Isometry3d here = Moved(position, {});
-  const double score_here = ScorePose(search_, samples, here);
-  const std::vector<ScanMove> moves =
-      MoveSearch(search_, *coarse_, samples, position).Slides(reach.shift, score_here);
-  std::vector<RivalPose> slides;
-  for (const Minimum& m :
-       Refined(continued, position, moves, reach, kSlideFits * score_here, config)) {
-    // Where so much contradicts, an alignment prefers where the scan is (PutUndoubtedFirst()).
-    if (m.contradiction_share > kContradictionDoubtful) continue;
-    if (m.score < kSlideFits * score_here) continue;
-    slides.push_back(RivalOf(m.T_world_scan, m.score / score_here, here, samples));
-  }
-  return slides;
-}
-
 std::vector<RivalPose> RivalForecast::Rivals(std::span<const OverlapElement> overlap,
                                              const Eigen::Vector3d& position,
                                              const sensor::ScannerModel& scanner,
@@ -257,14 +226,9 @@ std::vector<RivalPose> RivalForecast::Rivals(std::span<const OverlapElement> ove
   // As the scan that is not made yet would see them, its axes along the world's.
   std::vector<TargetTie> seen(targets.begin(), targets.end());
   for (TargetTie& target : seen) target.in_scan = target.in_world - position;
-  const auto left = [&](std::vector<RivalPose> rivals) {
-    std::erase_if(rivals, [&](const RivalPose& rival) { return Refute(seen, rival.T_world_scan); });
-    return rivals;
-  };
   const ScanSurface surface = SurfaceOf(overlap, position, scanner);
-  const Reach reach(config);
-  std::vector<RivalPose> rivals = left(Twins(surface, position, reach, config));
-  if (rivals.empty()) rivals = left(Slides(surface, position, reach, config));
+  std::vector<RivalPose> rivals = Twins(surface, position, Reach(config), config);
+  std::erase_if(rivals, [&](const RivalPose& rival) { return Refute(seen, rival.T_world_scan); });
   return rivals;
 }
 

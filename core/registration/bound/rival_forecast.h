@@ -57,10 +57,8 @@ class RivalForecast {
 
   // Asks of what a view would see what is asked of a scan (OpenRivals()): the poses at which that
   // fits as well and which nothing refutes, within all that priors with `config.prior_sigma` and
-  // `config.prior_heading_sigma` leave open (ReachOf()), the best fit first. Where there is none,
-  // the poses at which as much would fit if surface went on into the unknown as it is: a scan
-  // slides back there onto what is known. `targets` that the scan will see refute what puts them
-  // elsewhere.
+  // `config.prior_heading_sigma` leave open (ReachOf()), the best fit first.
+  // `targets` that the scan will see refute what puts them elsewhere.
   std::vector<RivalPose> Rivals(std::span<const OverlapElement> overlap,
                                 const Eigen::Vector3d& position,
                                 const sensor::ScannerModel& scanner,
@@ -81,8 +79,6 @@ class RivalForecast {
                                const RegistrationConfig& config) const;
   std::vector<RivalPose> Twins(const ScanSurface& surface, const Eigen::Vector3d& position,
                                const Reach& reach, const RegistrationConfig& config) const;
-  std::vector<RivalPose> Slides(const ScanSurface& surface, const Eigen::Vector3d& position,
-                                const Reach& reach, const RegistrationConfig& config) const;
 
   const model::PlanningView& model_;
   VoxelSearch search_;
