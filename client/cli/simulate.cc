@@ -681,7 +681,7 @@ void DefineSimulate(CLI::App& command, SimulateArguments& a) {
   command
       .add_option("--prior-sigma", a.job.prior_sigma,
                   "The pose priors say that they know the position to this, m, one sigma, as a "
-                  "robot's odometry does [they are guesses]")
+                  "robot's odometry does, and the heading to --heading-error [they are guesses]")
       ->check(CLI::Range(0.001, 1.0));
   command.add_option("--tilt", a.tilt, "Of the tripod, degrees, one sigma [0.5]");
   command.add_flag("--no-faults", a.no_noise, "No noise, no drop-outs");

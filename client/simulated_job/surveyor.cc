@@ -53,8 +53,9 @@ absl::Status Surveyor::Open() {
   model.set_setting(options_.setting);
   session.mutable_planning_config()->set_required_density_per_m2(options_.required_density);
   if (options_.prior_sigma) {
-    session.mutable_planning_config()->mutable_registration()->set_prior_position_sigma_m(
-        *options_.prior_sigma);
+    v1::RegistrationConfig& config = *session.mutable_planning_config()->mutable_registration();
+    config.set_prior_position_sigma_m(*options_.prior_sigma);
+    config.set_prior_heading_sigma_rad(options_.heading_error);
   }
   const auto created = client_.Call(request);
   if (!created.ok()) return created.status();

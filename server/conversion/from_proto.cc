@@ -66,6 +66,7 @@ void Check(const v1::RegistrationConfig& c, const std::string& field,
              violations);
   CheckRange(c.draw_count(), 20, 65536, field + ".draw_count", violations);
   CheckRange(c.prior_position_sigma_m(), 0, 10, field + ".prior_position_sigma_m", violations);
+  CheckRange(c.prior_heading_sigma_rad(), 0, 3.2, field + ".prior_heading_sigma_rad", violations);
 }
 
 // The name of a storey or a region, which no other one has.
@@ -379,6 +380,7 @@ void FillDefaults(v1::PlanningConfig& p) {
   if (!r.has_draw_count()) r.set_draw_count(dr.draws);
   if (!r.has_seed()) r.set_seed(dr.seed);
   if (!r.has_prior_position_sigma_m()) r.set_prior_position_sigma_m(dr.prior_sigma);
+  if (!r.has_prior_heading_sigma_rad()) r.set_prior_heading_sigma_rad(dr.prior_heading_sigma);
 }
 
 // Fields with presence that are absent from `overrides` keep their values: Protobuf's own merge.
@@ -635,6 +637,7 @@ planning::PlanningConfig ReadPlanningConfig(const v1::PlanningConfig& config,
   out.registration.draws = r.draw_count();
   out.registration.seed = r.seed();
   out.registration.prior_sigma = r.prior_position_sigma_m();
+  out.registration.prior_heading_sigma = r.prior_heading_sigma_rad();
 
   if (rules.has_region_of_interest()) {
     out.region_of_interest =

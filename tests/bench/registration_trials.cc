@@ -11,8 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kUpSigma = 0.05;                  // m
-constexpr double kTurnSigma = sensor::Radians(5);  // of the heading
+constexpr double kUpSigma = 0.05;  // m
 constexpr double kTiltSigma = sensor::Radians(1);
 constexpr uint64_t kAfterModel = 100;  // seeds of scans, after those of the model
 

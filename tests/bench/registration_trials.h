@@ -32,6 +32,7 @@ struct RegistrationTrial {
 
 class RegistrationTrials {
  public:
+  static constexpr double kTurnSigma = sensor::Radians(5);  // of the headings of priors
   // With a model of what is seen from `scene.scanned`. Both references are kept.
   RegistrationTrials(const RepetitiveScene& scene, uint64_t seed, parallel::Parallel& parallel);
 

@@ -28,6 +28,8 @@ absl::Status RegistrationConfig::Validate() const {
   require(draws >= 20 && draws <= 100'000, "draws must be in [20, 100000]");
   require(levelled_sigma >= 0 && levelled_sigma <= 0.2, "levelled_sigma must be in [0, 0.2] rad");
   require(prior_sigma >= 0 && prior_sigma <= 10, "prior_sigma must be in [0, 10] m");
+  require(prior_heading_sigma >= 0 && prior_heading_sigma <= 3.2,
+          "prior_heading_sigma must be in [0, 3.2] rad");
   if (wrong.empty()) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat("registration: ", absl::StrJoin(wrong, "; ")));
 }

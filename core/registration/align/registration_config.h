@@ -23,6 +23,9 @@ struct RegistrationConfig {
   // One sigma, for each axis, of the positions that the pose priors of planned scans will have, m;
   // 0: they are guesses. A scan that was made has its own in its prior.
   double prior_sigma = 0;
+  // One sigma of their headings, rad; 0: they are guesses, which the bound takes to 0.3 rad as an
+  // alignment does, and which are right to 15 degrees (PriorReach).
+  double prior_heading_sigma = 0;
   // What scans of this instrument have shown beyond its data sheet: counts in the bounds of planned
   // scans and of those that are made. Empty: nothing is known but the sheet.
   InstrumentResiduals instrument;

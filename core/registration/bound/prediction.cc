@@ -14,7 +14,7 @@ namespace vantage::registration {
 namespace {
 
 // One sigma of the tilt of a tripod that is set up by eye, rad. It counts only in the millimetres
-// that are shown. So does the heading, whose uncertainty is that of any prior.
+// that are shown. So does the heading, whose uncertainty is that of any prior, or as stated.
 constexpr double kTiltGuess = 0.05;  // 3 degrees: a bubble's width
 // The place that gains most holds on to the model by as little as it may, so without margins those
 // whose figures were predicted too well are preferred.
@@ -43,6 +43,9 @@ constexpr double kSlide = 0.4;  // m
 // (StartsAroundPrior()), and as near to the pose as this, runs into one minimum: no rival is met.
 constexpr double kStartsInSigmas = 2;
 constexpr double kOneMinimum = 2 * kApart;  // m
+// Headings in as many are what the first stage corrects; of those that are not stated it is taken
+// for granted.
+constexpr double kOneTurn = sensor::Radians(12);
 // What does not overlap finds other surface by chance when a scan slides back to what is known: the
 // floor goes on, and walls are parallel. Share, a choice: with twice as much, jobs in flats cover a
 // sixth less (core/planning/experiments.md).
@@ -82,7 +85,8 @@ double AskedOverlap(double required, bool rough_prior) {
 }
 
 bool PriorsLeaveOneMinimum(const RegistrationConfig& config) {
-  return config.prior_sigma > 0 && kStartsInSigmas * config.prior_sigma <= kOneMinimum;
+  return config.prior_sigma > 0 && kStartsInSigmas * config.prior_sigma <= kOneMinimum &&
+         kStartsInSigmas * config.prior_heading_sigma <= kOneTurn;
 }
 
 // Voxels, two for each direction of a pose: so few of 5 cm are a hand's breadth of wall.
@@ -193,7 +197,9 @@ RegistrationVerdict PredictRegistration(std::span<const OverlapElement> overlap,
   if (scanner.positioning_error > 0) {
     const double position_sigma = scanner.positioning_error;
     const sensor::Vector6d sigma{
-        {kTiltGuess, kTiltGuess, kVagueTurn, position_sigma, position_sigma, position_sigma}};
+        {kTiltGuess, kTiltGuess,
+         config.prior_heading_sigma > 0 ? config.prior_heading_sigma : kVagueTurn, position_sigma,
+         position_sigma, position_sigma}};
     known.guessed = geometry.FromPoseCovariance(sigma.cwiseAbs2().asDiagonal(), position);
   }
   const bool all_around = scanner.TurnsAllAround();

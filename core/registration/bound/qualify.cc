@@ -199,6 +199,7 @@ void DoubtForRivals(const Alignment& alignment, const Eigen::AlignedBox3d& overl
   };
   for (const RivalPose& rival : result.rival_poses) {
     farthest = std::max(farthest, rival.distance);
+    spans = std::max(spans, rival.farthest);
     span(rival.T_world_scan);
   }
   for (const Minimum& other : alignment.not_compared) span(other.T_world_scan);
@@ -347,10 +348,9 @@ Qualification Qualify(const model::PlanningView& model, const ScanSurface& surfa
         MovedThingsExplain(model, *scan, surface, config.sample_spacing,
                            alignment.displaced->T_world_scan, alignment.T_world_scan, in_space,
                            agreements, parallel)) {
-      const Eigen::Isometry3d& there = alignment.displaced->T_world_scan;
-      result.rival_poses.push_back(
-          {there, alignment.displaced->score / alignment.score,
-           (there.translation() - alignment.T_world_scan.translation()).norm()});
+      result.rival_poses.push_back(RivalOf(alignment.displaced->T_world_scan,
+                                           alignment.displaced->score / alignment.score,
+                                           alignment.T_world_scan, in_space));
     }
   }
   if (!result.rival_poses.empty()) {

@@ -18,6 +18,7 @@ struct RivalPose {
   Eigen::Isometry3d T_world_scan = Eigen::Isometry3d::Identity();
   double fit_share = 0;  // of what fits at the aligned pose; up to 2 for a pose that gave way
   double distance = 0;   // m, between the scanner's places
+  double farthest = 0;   // m, between where either puts a piece of the scan's surface, at most
 };
 
 // An alignment and its evidence.

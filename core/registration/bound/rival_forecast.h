@@ -12,10 +12,14 @@
 
 #include "core/model/view/planning_view.h"
 #include "core/parallel/parallel.h"
+#include "core/registration/align/align.h"
 #include "core/registration/align/correspondence_field.h"
 #include "core/registration/align/registration_config.h"
+#include "core/registration/align/scan_surface.h"
 #include "core/registration/align/targets.h"
 #include "core/registration/align/voxel_search.h"
+#include "core/registration/bound/coarse_surface.h"
+#include "core/registration/bound/move_search.h"
 #include "core/registration/bound/overlap_element.h"
 #include "core/registration/bound/registration_result.h"
 #include "core/registration/bound/verdict.h"
@@ -52,13 +56,14 @@ class RivalForecast {
   }
 
   // Asks of what a view would see what is asked of a scan (OpenRivals()): the poses at which that
-  // fits as well and which nothing refutes, within what priors with `config.prior_sigma` leave open
-  // (ReachOf()), the best fit first. Headings are sought only around those that are: sites repeat
-  // themselves without turning, and a prior's heading is better than a quarter turn.
+  // fits as well and which nothing refutes, within all that priors with `config.prior_sigma` and
+  // `config.prior_heading_sigma` leave open (ReachOf()), the best fit first.
+  // `targets` that the scan will see refute what puts them elsewhere.
   std::vector<RivalPose> Rivals(std::span<const OverlapElement> overlap,
                                 const Eigen::Vector3d& position,
                                 const sensor::ScannerModel& scanner,
-                                const RegistrationConfig& config) const;
+                                const RegistrationConfig& config,
+                                std::span<const TargetTie> targets = {}) const;
 
   // A verdict 'registered' becomes doubtful when there is a rival that `targets` do not refute.
   void Judge(std::span<const OverlapElement> overlap, const Eigen::Vector3d& position,
@@ -66,8 +71,18 @@ class RivalForecast {
              RegistrationVerdict& verdict, std::span<const TargetTie> targets = {}) const;
 
  private:
+  struct Reach;  // how far what leads to a twin may be off
+  // Where a scan ends that starts from each of `moves`, those apart from each other and from where
+  // it is, scored as in an alignment, best first; only those that fit `least` or more.
+  std::vector<Minimum> Refined(const ScanSurface& surface, const Eigen::Vector3d& position,
+                               std::span<const ScanMove> moves, const Reach& reach, double least,
+                               const RegistrationConfig& config) const;
+  std::vector<RivalPose> Twins(const ScanSurface& surface, const Eigen::Vector3d& position,
+                               const Reach& reach, const RegistrationConfig& config) const;
+
   const model::PlanningView& model_;
   VoxelSearch search_;
+  std::shared_ptr<const CoarseSurface> coarse_;
   std::shared_ptr<const FieldAllOver> all_over_;
 };
 

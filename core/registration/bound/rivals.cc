@@ -84,6 +84,17 @@ class RivalEvidence {
 
 }  // namespace
 
+RivalPose RivalOf(const Eigen::Isometry3d& pose, double fit_share, const Eigen::Isometry3d& best,
+                  std::span<const SurfaceSample> samples) {
+  RivalPose rival{pose, fit_share, (pose.translation() - best.translation()).norm(), 0};
+  rival.farthest = rival.distance;
+  for (const SurfaceSample& s : samples) {
+    const Eigen::Vector3d point = s.point.cast<double>();
+    rival.farthest = std::max(rival.farthest, (pose * point - best * point).norm());
+  }
+  return rival;
+}
+
 std::vector<RivalPose> OpenRivals(const model::PlanningView& model, const ScanSurface& surface,
                                   const Alignment& alignment, const SamplesAtBest& at_best,
                                   parallel::Parallel& parallel) {
@@ -105,8 +116,7 @@ std::vector<RivalPose> OpenRivals(const model::PlanningView& model, const ScanSu
   std::vector<RivalPose> rivals;
   for (const Minimum& rival : alignment.rivals) {
     if (!open(rival)) continue;
-    rivals.push_back({rival.T_world_scan, rival.score / alignment.score,
-                      (rival.T_world_scan.translation() - best.translation()).norm()});
+    rivals.push_back(RivalOf(rival.T_world_scan, rival.score / alignment.score, best, few));
   }
   return rivals;
 }

@@ -3,6 +3,7 @@
 #ifndef VANTAGE_CORE_REGISTRATION_BOUND_RIVALS_H_
 #define VANTAGE_CORE_REGISTRATION_BOUND_RIVALS_H_
 
+#include <Eigen/Geometry>
 #include <span>
 #include <vector>
 
@@ -23,6 +24,10 @@ struct SamplesAtBest {
   std::span<const SurfaceSample> samples;
   std::span<const SampleAgreement> agreements;
 };
+
+// The scan at `pose` beside `best`; `samples` of its surface.
+RivalPose RivalOf(const Eigen::Isometry3d& pose, double fit_share, const Eigen::Isometry3d& best,
+                  std::span<const SurfaceSample> samples);
 
 // Those of the alignment's rivals that nothing known refutes, the best fit first.
 std::vector<RivalPose> OpenRivals(const model::PlanningView& model, const ScanSurface& surface,
