@@ -23,6 +23,7 @@
 #include "core/registration/bound/instrument_limit.h"
 #include "core/registration/bound/qualify.h"
 #include "core/registration/bound/registration_result.h"
+#include "core/registration/bound/rivals.h"
 #include "core/registration/mirrors_told.h"
 #include "core/registration/registration_input.h"
 
@@ -180,7 +181,8 @@ RegistrationResult RegisterReturns(const model::PlanningView& model, const senso
     guess.trusted = false;
     guess.covariance.reset();
   }
-  const Alignment alignment = Align(model, surface, guess, config, parallel, targets);
+  Alignment alignment = Align(model, surface, guess, config, parallel, targets);
+  LeaveOutWhatEndsAtTheBest(model, surface, config, parallel, alignment);
   RegistrationResult result;
   if (prior.trusted) {
     const RegistrationResult aligned =

@@ -3,8 +3,10 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/registration/align/align_stages.h"
+#include "core/registration/align/pose_step.h"
 #include "core/registration/align/voxel_search.h"
 
 namespace vantage::registration {
@@ -35,6 +37,9 @@ constexpr double kLeastHeld = 0.5;
 // the side of doubt: what moved by just a bay between the scans speaks for the wrong pose.
 constexpr double kContradictsRival = 0.03;
 constexpr double kRefutesRival = 0.10;
+
+// m, rms: two refinements by all samples that end in one minimum end nearer than this.
+constexpr double kEndsThere = 0.01;
 
 // What the samples say of a pose beside the best one.
 class RivalEvidence {
@@ -93,6 +98,26 @@ RivalPose RivalOf(const Eigen::Isometry3d& pose, double fit_share, const Eigen::
     rival.farthest = std::max(rival.farthest, (pose * point - best * point).norm());
   }
   return rival;
+}
+
+void LeaveOutWhatEndsAtTheBest(const model::PlanningView& model, const ScanSurface& surface,
+                               const RegistrationConfig& config, parallel::Parallel& parallel,
+                               Alignment& alignment) {
+  const std::span<const SurfaceSample> few(surface.samples.data(),
+                                           std::min(kDistanceSamples, surface.samples.size()));
+  const Eigen::Isometry3d& best = alignment.T_world_scan;
+  std::erase_if(alignment.rivals, [&](const Minimum& rival) {
+    if (rival.score <= kRivalShare * alignment.score ||
+        SurfaceDistance(rival.T_world_scan, best, few) >= kNearRival) {
+      return false;
+    }
+    Alignment there;
+    there.T_world_scan = rival.T_world_scan;
+    sensor::PosePrior free;
+    free.T_world_scan = rival.T_world_scan;
+    there = Refine(model, surface, std::move(there), PriorTerm(free, {}), config, parallel);
+    return SurfaceDistance(there.T_world_scan, best, few) < kEndsThere;
+  });
 }
 
 std::vector<RivalPose> OpenRivals(const model::PlanningView& model, const ScanSurface& surface,

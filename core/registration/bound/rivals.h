@@ -29,6 +29,13 @@ struct SamplesAtBest {
 RivalPose RivalOf(const Eigen::Isometry3d& pose, double fit_share, const Eigen::Isometry3d& best,
                   std::span<const SurfaceSample> samples);
 
+// Takes out those near rivals that are no minima of their own: refined by all samples, and by the
+// surfaces alone, they end where the scan is. Minima are found with fewer, some of which the edge
+// of a frame holds beside it.
+void LeaveOutWhatEndsAtTheBest(const model::PlanningView& model, const ScanSurface& surface,
+                               const RegistrationConfig& config, parallel::Parallel& parallel,
+                               Alignment& alignment);
+
 // Those of the alignment's rivals that nothing known refutes, the best fit first.
 std::vector<RivalPose> OpenRivals(const model::PlanningView& model, const ScanSurface& surface,
                                   const Alignment& alignment, const SamplesAtBest& at_best,

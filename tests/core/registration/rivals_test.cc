@@ -8,7 +8,10 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/str_format.h"
 #include "core/parallel/thread_pool.h"
+#include "core/registration/align/align.h"
+#include "core/registration/align/scan_surface.h"
 #include "core/registration/bound/registration_result.h"
+#include "core/registration/bound/rivals.h"
 #include "core/registration/registration.h"
 #include "core/sensor/scanner_model.h"
 #include "tests/core/registration/box_scene.h"
@@ -105,6 +108,48 @@ TEST_F(RivalsInACorridor, HoweverManyBaysAPriorAllowsTheRightOneIsNamedAndSpanne
     EXPECT_GE(result->verdict.error_bound, farthest);
   }
 }
+
+// Minima that alignments find with some of the samples.
+class NearRivals : public testing::Test {
+ protected:
+  // The rivals that are left of one that lies `off` from where a scan of `scene` belongs.
+  size_t LeftOf(const BoxScene& scene, const Eigen::Vector3d& off) {
+    const auto model = ModelFromScan(scene, PoseAt({0, 0, 1.4}, 0), {}, 3);
+    const Eigen::Isometry3d truth = PoseAt({0.4, 0.1, 1.4}, 0.8);
+    const ScanSurface surface = SampleSurface(ScanScene(scene, truth, {}, 4), 0.05, pool_);
+    Alignment alignment;
+    alignment.T_world_scan = truth;
+    alignment.score = 100;
+    Minimum rival;
+    rival.T_world_scan = truth;
+    rival.T_world_scan.pretranslate(off);
+    rival.score = 90;
+    alignment.rivals.push_back(rival);
+    LeaveOutWhatEndsAtTheBest(*model, surface, {}, pool_, alignment);
+    return alignment.rivals.size();
+  }
+  parallel::ThreadPool pool_{2};
+};
+
+TEST_F(NearRivals, WhatAllSamplesLeadToWhereTheScanIsIsNone) {
+  EXPECT_EQ(LeftOf(FurnishedRoom(1), {0.1, 0.05, 0}), 0U);
+}
+
+// Ribs on both walls, half a metre apart: half a metre on all fits as well.
+TEST_F(NearRivals, ATwinHalfAMetreOffIsOne) {
+  BoxScene ribs = Corridor();
+  for (double x = ribs.room.min().x() + 1; x < ribs.room.max().x() - 1; x += 0.5) {
+    ribs.solids.emplace_back(Eigen::Vector3d(x, ribs.room.min().y(), 0),
+                             Eigen::Vector3d(x + 0.2, ribs.room.min().y() + 0.2, 2.7));
+    ribs.solids.emplace_back(Eigen::Vector3d(x, ribs.room.max().y() - 0.2, 0),
+                             Eigen::Vector3d(x + 0.2, ribs.room.max().y(), 2.7));
+  }
+  EXPECT_EQ(LeftOf(ribs, {0.5, 0, 0}), 1U);
+  EXPECT_EQ(LeftOf(ribs, {0, 0, 0}), 0U);
+}
+
+// Nothing holds a scan along a bare corridor: it stays wherever it is put.
+TEST_F(NearRivals, WhatNothingLeadsBackIsOne) { EXPECT_EQ(LeftOf(Corridor(), {0.3, 0, 0}), 1U); }
 
 TEST_F(RivalsInACorridor, APriorThatExcludesOtherBaysDecides) {
   const auto result = RegisterFrom({0.3, -0.2, 0}, 0.3);
