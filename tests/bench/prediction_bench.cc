@@ -2,7 +2,6 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
-#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -75,21 +74,8 @@ void ScanViews(const RepetitiveScene& scene, const PriorKind& kind, uint64_t see
   }
   for (const planning::RankedView& view : views) {
     const bool promised = view.verdict.registered();
-    const RegistrationTrial trial = trials.Register(view.position, kind.sigma, kind.stated, {});
-    const bool registered = trial.result.verdict.registered();
-    // DIAG
-    if (std::getenv("DIAG") != nullptr) {
-      const auto& v = trial.result.verdict;
-      absl::PrintF("DIAG %d %s %s (%.2f %.2f) off %.3f ov %.2f/%.2f con %.3f | %s | %s |", seed,
-                   promised ? "P" : "-", registered ? "R" : "-", view.position.x(),
-                   view.position.y(), trial.off, view.verdict.overlap_share, v.overlap_share,
-                   trial.result.contradiction_share, view.verdict.reason, v.reason);
-      for (const auto& r : trial.result.rival_poses) {
-        absl::PrintF(" [%.2f %.2f: %.0f%%]", r.T_world_scan.translation().x() - view.position.x(),
-                     r.T_world_scan.translation().y() - view.position.y(), 100 * r.fit_share);
-      }
-      absl::PrintF("\n");
-    }
+    const bool registered =
+        trials.Register(view.position, kind.sigma, kind.stated, {}).result.verdict.registered();
     ++promises.views;
     promises.promised += promised ? 1 : 0;
     promises.registered += registered ? 1 : 0;
