@@ -3,6 +3,7 @@
 #include <embree3/rtcore.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -72,6 +73,21 @@ double DistanceInPlan(const Eigen::Vector2d& p, const std::vector<Eigen::Vector3
   return polygon.size() >= 3 && (left || right) ? 0 : nearest;
 }
 
+// Where a ray meets the plane of a triangle. Embree's distances and normals are products of
+// approximate reciprocals, which differ from one maker's processors to the other's; which triangle
+// a ray meets hardly ever does. So a scene's scans are the same everywhere.
+void MeetPlane(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction,
+               const std::array<Eigen::Vector3f, 3>& triangle, TraceHit& hit) {
+  const Eigen::Vector3d a = triangle[0].cast<double>();
+  const Eigen::Vector3d normal =
+      (triangle[1].cast<double>() - a).cross(triangle[2].cast<double>() - a);
+  const double towards = normal.dot(direction.cast<double>());
+  if (towards == 0) return;  // the ray lies in it
+  hit.distance = static_cast<float>(normal.dot(a - origin.cast<double>()) / towards);
+  const bool turned = normal.dot(hit.normal.cast<double>()) < 0;
+  hit.normal = ((turned ? -1.0 : 1.0) / normal.norm() * normal).cast<float>();
+}
+
 }  // namespace
 
 struct Tracer::State {
@@ -79,6 +95,11 @@ struct Tracer::State {
   RTCScene scene = nullptr;
   std::vector<Eigen::Vector3f> vertices;
   std::vector<std::array<uint32_t, 3>> triangles;
+
+  std::array<Eigen::Vector3f, 3> Corners(uint32_t triangle) const {
+    const std::array<uint32_t, 3>& t = triangles[triangle];
+    return {vertices[t[0]], vertices[t[1]], vertices[t[2]]};
+  }
 };
 
 Tracer::Tracer(const TriangleMesh& mesh) : state_(std::make_unique<State>()) {
@@ -146,6 +167,7 @@ void Tracer::TracePacket(const Eigen::Vector3f& origin, std::span<const Eigen::V
     hits[i].normal =
         Eigen::Vector3f(packet.hit.Ng_x[i], packet.hit.Ng_y[i], packet.hit.Ng_z[i]).normalized();
     hits[i].triangle = packet.hit.primID[i];
+    MeetPlane(origin, directions[i], state_->Corners(hits[i].triangle), hits[i]);
   }
 }
 
@@ -172,6 +194,7 @@ TraceHit Tracer::Trace(const Eigen::Vector3f& origin, const Eigen::Vector3f& dir
   hit.distance = ray.ray.tfar;
   hit.normal = Eigen::Vector3f(ray.hit.Ng_x, ray.hit.Ng_y, ray.hit.Ng_z).normalized();
   hit.triangle = ray.hit.primID;
+  MeetPlane(origin, direction, state_->Corners(hit.triangle), hit);
   return hit;
 }
 

@@ -9,6 +9,7 @@
 #include "core/planning/patches/collect_deficient.h"
 #include "core/planning/patches/patches.h"
 #include "core/planning/scoring/patch_tree.h"
+#include "core/registration/bound/rival_forecast.h"
 #include "core/sensor/scanner_model.h"
 #include "core/visibility/occlusion_scene.h"
 #include "core/visibility/opaque_grid.h"
@@ -104,6 +105,8 @@ PlanningSize::PlanningSize(const model::PlanningView& model, const PlanningConfi
   // Pose sensitivity and the hierarchy have a table each.
   tables_ = (config.pose_sensitivity ? 2.0 : 1.0) *
             static_cast<double>(visibility::SummedVolumeTable::Bytes(box.max - box.min));
+  // Where twins are looked for.
+  tables_ += registration::RivalForecast::EstimatedBytes(model);
 }
 
 void PlanningSize::Add(const PlanningSize& other) {

@@ -17,6 +17,13 @@ constexpr float kServesFacing = 0.13f;
 
 }  // namespace
 
+double CoarseSurface::Bytes(const Eigen::Vector3d& size, double step, double reach) {
+  const double before = (Side(kLevels - 1) - 1) * step;
+  const Eigen::Array3d box = size.array() + 2 * reach + Eigen::Array3d(before, before, 0);
+  return 1.5 * kLevels *
+         std::min(box.prod() / (kHigher * step * step * step), 2 * kMostCoarseCells);
+}
+
 CoarseSurface::CoarseSurface(const model::PlanningView& model, double step, double reach)
     : step_(step) {
   Eigen::AlignedBox3d box;

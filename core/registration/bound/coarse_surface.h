@@ -27,6 +27,9 @@ class CoarseSurface {
   // with a site.
   CoarseSurface(const model::PlanningView& model, double step, double reach);
 
+  // What one of a site of `size` (m) takes, bytes, and half as much again while it is made.
+  static double Bytes(const Eigen::Vector3d& size, double step, double reach);
+
   double step() const { return step_; }
   // One bit, of the axis that a normal (unit, world) is nearest to.
   static uint8_t Facing(const Eigen::Vector3d& normal);

@@ -143,6 +143,12 @@ RivalForecast::RivalForecast(const model::PlanningView& model)
       coarse_(std::make_shared<const CoarseSurface>(
           model, MoveSearch::kShiftStep * model.voxel_size(), kWidestReach * model.voxel_size())) {}
 
+double RivalForecast::EstimatedBytes(const model::PlanningView& model) {
+  const double h = model.voxel_size();
+  const Eigen::Vector3d size = (model.bounds().max - model.bounds().min).cast<double>() * h;
+  return CoarseSurface::Bytes(size, MoveSearch::kShiftStep * h, kWidestReach * h);
+}
+
 std::vector<Minimum> RivalForecast::Refined(const ScanSurface& surface,
                                             const Eigen::Vector3d& position,
                                             std::span<const ScanMove> moves, const Reach& reach,

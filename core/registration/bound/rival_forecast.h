@@ -65,6 +65,9 @@ class RivalForecast {
                                 const RegistrationConfig& config,
                                 std::span<const TargetTie> targets = {}) const;
 
+  // What one takes that is made of a model, bytes, besides its voxel search.
+  static double EstimatedBytes(const model::PlanningView& model);
+
   // A verdict 'registered' becomes doubtful when there is a rival that `targets` do not refute.
   void Judge(std::span<const OverlapElement> overlap, const Eigen::Vector3d& position,
              const sensor::ScannerModel& scanner, const RegistrationConfig& config,
