@@ -27,9 +27,7 @@ std::string TargetAdviceWords(const TargetAdvice& advice, const Eigen::Vector3d&
     const Eigen::Vector3d at = place.position + origin;
     const std::string where = absl::StrFormat("(%.2f, %.2f, %.2f)", at.x(), at.y(), at.z());
     if (place.target.empty()) {
-      const bool on_stand = place.normal.has_value() && place.normal->z() > 0.5;
-      put_up.push_back(absl::StrFormat(
-          "%s at %s, %.1f m away", on_stand ? "on a stand" : "on the wall", where, place.distance));
+      put_up.push_back(absl::StrFormat("on the wall at %s, %.1f m away", where, place.distance));
     } else {
       known.push_back(absl::StrFormat("'%s' at %s", place.target, where));
     }

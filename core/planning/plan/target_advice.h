@@ -19,10 +19,9 @@ struct ScannedFrom {
 
 struct TargetPlace {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m, model frame
-  // Unit, of the surface, upward where it is on a stand on the floor; absent of a known target.
-  std::optional<Eigen::Vector3d> normal;
-  std::string target;   // that is known; empty: one is to be put up
-  double distance = 0;  // m, from the view
+  std::optional<Eigen::Vector3d> normal;  // unit, of the surface; absent of a known target
+  std::string target;                     // that is known; empty: one is to be put up
+  double distance = 0;                    // m, from the view
 };
 
 struct TargetAdvice {

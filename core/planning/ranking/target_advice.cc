@@ -25,10 +25,6 @@ constexpr double kFewestOnTarget = 50;
 constexpr double kLowestTarget = 0.5;
 constexpr double kHighestTarget = 2.0;
 constexpr double kMostTilt = 0.3;  // of a normal, out of the horizontal: a wall
-// Where no wall will do (glass, a railing): a target on a stand, m over a floor that is nearly
-// level.
-constexpr double kStandHeight = 1.2;
-constexpr double kLevelFloor = 0.95;  // of a normal, its upward part
 // Between two targets, m: nearer ones tell hardly more than one, and are mistaken for each other.
 constexpr double kTargetsApart = 1.0;
 // m: from a line through two of them the third and others are at least this far, so that they hold
@@ -56,6 +52,11 @@ struct Candidate {
   double samples = 0;             // on the target, from where fewer are
 };
 
+registration::TargetTie TieOf(const Candidate& candidate, const Eigen::Vector3d& view) {
+  return {candidate.place.target, candidate.place.position - view, candidate.place.position,
+          candidate.sigma};
+}
+
 // Whether a target lies on a line with two of those that were chosen.
 bool IsInLine(const std::vector<const Candidate*>& chosen, const Eigen::Vector3d& at) {
   for (size_t i = 0; i < chosen.size(); ++i) {
@@ -66,17 +67,6 @@ bool IsInLine(const std::vector<const Candidate*>& chosen, const Eigen::Vector3d
     }
   }
   return false;
-}
-
-// What is seen from the view and from one place besides.
-struct CandidatesThere {
-  std::vector<Candidate> on_walls;     // and those that are known
-  std::vector<Candidate> with_stands;  // the same, and on stands; empty where there are no stands
-};
-
-registration::TargetTie TieOf(const Candidate& candidate, const Eigen::Vector3d& view) {
-  return {candidate.place.target, candidate.place.position - view, candidate.place.position,
-          candidate.sigma};
 }
 
 class TargetSearch {
@@ -91,22 +81,17 @@ class TargetSearch {
     rays_ += sight_->rays;
     const registration::RegistrationConfig& config = problem_.config().registration;
     prediction_.emplace(overlap_.Targeted(*sight_, view_.position, config));
-    known_ = KnownTargets();
-    if (std::optional<TargetAdvice> advice = Choose(known_)) return advice;
-    stations_ = Stations();
-    seen_from_station_.resize(stations_.size());
+    const std::vector<Candidate> known = KnownTargets();
+    if (std::optional<TargetAdvice> advice = Choose(known)) return advice;
     if (next != nullptr) {
-      seen_from_next_ = Seen(next->position, next->heading, next->verdict.error_bound);
-    }
-    // Nobody carries stands where walls will do.
-    for (const auto places : {&CandidatesThere::on_walls, &CandidatesThere::with_stands}) {
-      if (std::optional<TargetAdvice> advice = Choose(seen_from_next_.*places)) {
+      std::optional<TargetAdvice> advice =
+          Choose(Seen(next->position, next->heading, next->verdict.error_bound, known));
+      if (advice.has_value()) {
         advice->first_view = 0;
         return advice;
       }
-      if (std::optional<TargetAdvice> advice = FromStations(places)) return advice;
     }
-    return std::nullopt;
+    return FromStations(known);
   }
 
  private:
@@ -155,68 +140,57 @@ class TargetSearch {
     return known;
   }
 
-  // Places on walls, and on stands, that are seen from the view and from `from`, where they would
-  // be measured with a pose that is known to `error_bound`, and what is known besides.
-  CandidatesThere Seen(const Eigen::Vector3d& from, std::optional<double> heading,
-                       double error_bound) const {
+  // m, over the floor, or, where none is known (treads are too narrow for a scanner to stand on),
+  // over the measured surface below; NaN where there is none within reach.
+  double HeightOverGround(const Eigen::Vector3d& at) const {
+    const double over_floor = problem_.feasible().HeightOverFloor(at);
+    if (!std::isnan(over_floor)) return over_floor;
+    const model::PlanningView& model = problem_.model();
+    const double h = model.voxel_size();
+    for (double down = 0; down <= kHighestTarget + h; down += h) {
+      const model::VoxelIndex below = model.At(at - Eigen::Vector3d(0, 0, down));
+      if (model.Empty(below)) continue;
+      if (model.State(below) != model::VoxelState::kTrueSurface) break;
+      return at.z() - static_cast<double>(model.Surface(below)->centroid.z());
+    }
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+
+  // Places on walls that are seen from the view and from `from`, where they would be measured with
+  // a pose that is known to `error_bound`, and what is known besides.
+  std::vector<Candidate> Seen(const Eigen::Vector3d& from, std::optional<double> heading,
+                              double error_bound, const std::vector<Candidate>& known) const {
     const auto there = overlap_.SightFrom(from, problem_.scene(), budget_, heading);
     if (!there.has_value()) return {};
     rays_ += there->rays;
     const double sigma = std::hypot(kSightingSigma, error_bound / kSigmasOfBound);
     // The best of each cube, in order of first appearance, so that the choice stays the same.
-    using Cubes = absl::flat_hash_map<std::array<int, 3>, size_t>;
-    Cubes of_walls;
-    Cubes of_stands;
-    std::vector<Candidate> on_walls;
-    std::vector<Candidate> on_stands;
-    const auto add = [&](const Eigen::Vector3d& at, const Eigen::Vector3d& normal, Cubes& of_cube,
-                         std::vector<Candidate>& places) {
+    absl::flat_hash_map<std::array<int, 3>, size_t> of_cube;
+    std::vector<Candidate> places;
+    for (size_t i = 0; i < overlap_.cells().size(); ++i) {
+      if (!(sight_->samples[i] > 0 && there->samples[i] > 0)) continue;
+      const Eigen::Vector3d at = PositionOf(i);
+      if (std::abs(NormalOf(i).z()) > kMostTilt) continue;
+      const double height = HeightOverGround(at + kPlaceCube * NormalOf(i));
+      if (!(height >= kLowestTarget && height <= kHighestTarget)) continue;
       const double samples = std::min(OnTarget(view_.position, at), OnTarget(from, at));
-      if (samples < kFewestOnTarget) return;
+      if (samples < kFewestOnTarget || !Faces(view_.position, at, NormalOf(i)) ||
+          !Faces(from, at, NormalOf(i))) {
+        continue;
+      }
       const Eigen::Array3i cube = (at.array() / kPlaceCube).floor().cast<int>();
       const auto [it, fresh] = of_cube.try_emplace({cube.x(), cube.y(), cube.z()}, places.size());
-      Candidate candidate{{at, normal, "", (at - view_.position).norm()}, sigma, samples};
+      Candidate candidate{{at, NormalOf(i), "", (at - view_.position).norm()}, sigma, samples};
       if (fresh) {
         places.push_back(std::move(candidate));
       } else if (samples > places[it->second].samples) {
         places[it->second] = std::move(candidate);
       }
-    };
-    for (size_t i = 0; i < overlap_.cells().size(); ++i) {
-      if (!(sight_->samples[i] > 0 && there->samples[i] > 0)) continue;
-      const Eigen::Vector3d at = PositionOf(i);
-      const Eigen::Vector3d normal = NormalOf(i);
-      if (normal.z() > kLevelFloor) {
-        const Eigen::Vector3d on_stand = at + kStandHeight * Eigen::Vector3d::UnitZ();
-        const double height = problem_.feasible().HeightOverFloor(on_stand);
-        if (!(height >= kLowestTarget && height <= kHighestTarget)) continue;
-        add(on_stand, Eigen::Vector3d::UnitZ(), of_stands, on_stands);
-        continue;
-      }
-      if (std::abs(normal.z()) > kMostTilt) continue;
-      const double height = problem_.feasible().HeightOverFloor(at + kPlaceCube * normal);
-      if (!(height >= kLowestTarget && height <= kHighestTarget)) continue;
-      if (!Faces(view_.position, at, normal) || !Faces(from, at, normal)) continue;
-      add(at, normal, of_walls, on_walls);
     }
-    const auto sees = [&](const Eigen::Vector3d& place, const Candidate& candidate,
-                          std::optional<double> facing) {
-      return overlap_.Sees(place, candidate.place.position, problem_.scene(), facing);
-    };
-    CandidatesThere out;
-    out.on_walls = FarthestApart(std::move(on_walls));
-    on_stands = FarthestApart(std::move(on_stands));
-    std::erase_if(on_stands, [&](const Candidate& candidate) {
-      return !sees(view_.position, candidate, view_.heading) || !sees(from, candidate, heading);
-    });
-    if (!on_stands.empty()) {
-      out.with_stands = out.on_walls;
-      out.with_stands.insert(out.with_stands.end(), on_stands.begin(), on_stands.end());
-    }
-    for (std::vector<Candidate>* places : {&out.on_walls, &out.with_stands}) {
-      if (!places->empty()) places->insert(places->end(), known_.begin(), known_.end());
-    }
-    return out;
+    places = FarthestApart(std::move(places));
+    if (places.empty()) return {};
+    places.insert(places.end(), known.begin(), known.end());
+    return places;
   }
 
   // So many of them that lie far from each other, from the one farthest from the view on.
@@ -289,13 +263,12 @@ class TargetSearch {
   }
 
   // Of what stations see the smallest set, of equally small ones that of the nearest station.
-  std::optional<TargetAdvice> FromStations(std::vector<Candidate> CandidatesThere::*places) {
+  std::optional<TargetAdvice> FromStations(const std::vector<Candidate>& known) const {
     std::optional<TargetAdvice> best;
-    for (size_t i = 0; i < stations_.size(); ++i) {
-      const ScannedFrom& station = stations_[i];
-      std::optional<CandidatesThere>& seen = seen_from_station_[i];
-      if (!seen.has_value()) seen = Seen(station.position, std::nullopt, station.error_bound);
-      std::optional<TargetAdvice> advice = Choose((*seen).*places);
+    const std::vector<ScannedFrom> stations = Stations();
+    for (const ScannedFrom& station : stations) {
+      std::optional<TargetAdvice> advice =
+          Choose(Seen(station.position, std::nullopt, station.error_bound, known));
       if (!advice.has_value()) continue;
       if (best.has_value() && best->places.size() <= advice->places.size()) continue;
       best = std::move(advice);
@@ -303,7 +276,7 @@ class TargetSearch {
       if (best->places.size() <= kFewestTargets) break;
     }
     if (!best.has_value()) return best;
-    for (const ScannedFrom& station : stations_) {
+    for (const ScannedFrom& station : stations) {
       if (station.name != best->seen_from.front() && SeesAll(station, best->places)) {
         best->seen_from.push_back(station.name);
       }
@@ -312,9 +285,8 @@ class TargetSearch {
   }
   bool SeesAll(const ScannedFrom& station, const std::vector<TargetPlace>& places) const {
     return std::all_of(places.begin(), places.end(), [&](const TargetPlace& place) {
-      const bool on_stand = place.normal.has_value() && place.normal->z() > kLevelFloor;
       return !place.normal.has_value() ||
-             ((on_stand || Faces(station.position, place.position, *place.normal)) &&
+             (Faces(station.position, place.position, *place.normal) &&
               OnTarget(station.position, place.position) >= kFewestOnTarget &&
               overlap_.Sees(station.position, place.position, problem_.scene(), std::nullopt));
     });
@@ -327,10 +299,6 @@ class TargetSearch {
   uint64_t& rays_;
   std::optional<OverlapSurface::Sight> sight_;
   std::optional<registration::TargetedPrediction> prediction_;
-  std::vector<Candidate> known_;
-  CandidatesThere seen_from_next_;
-  std::vector<ScannedFrom> stations_;
-  std::vector<std::optional<CandidatesThere>> seen_from_station_;  // as far as it was asked
 };
 
 }  // namespace

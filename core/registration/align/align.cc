@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <optional>
 #include <span>
 #include <utility>
 
+#include "absl/functional/function_ref.h"
 #include "absl/strings/str_format.h"
 #include "core/registration/align/align_stages.h"
 #include "core/registration/align/correspondence_field.h"
@@ -138,7 +138,7 @@ std::vector<Minimum> FirstStage(const CorrespondenceField& field, const VoxelSea
                                 std::span<const SurfaceSample> few,
                                 std::span<const Eigen::Isometry3d> starts, double reach,
                                 double voxel,
-                                const std::function<PriorTerm(const Eigen::Isometry3d&)>& term_of,
+                                absl::FunctionRef<PriorTerm(const Eigen::Isometry3d&)> term_of,
                                 parallel::Parallel& parallel) {
   struct Way {
     Eigen::Isometry3d pose;

@@ -29,7 +29,7 @@ Eigen::Isometry3d AlignCoarse(const CorrespondenceField& field,
                               std::span<const SurfaceSample> samples, Eigen::Isometry3d pose,
                               const PriorTerm& prior, double reach, double voxel);
 // The same in parts: with a radius that shrinks from `radius` (m) as long as it is above `until`.
-// Returns the next radius.
+// Returns the radius to go on with; 0 where too few samples found any surface to go on at all.
 double NarrowCoarse(const CorrespondenceField& field, std::span<const SurfaceSample> samples,
                     const PriorTerm& prior, double radius, double until, Eigen::Isometry3d& pose);
 // m: where it is to end.

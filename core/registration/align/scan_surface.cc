@@ -1,5 +1,6 @@
 #include "core/registration/align/scan_surface.h"
 
+#include <pcl/common/centroid.h>
 #include <pcl/common/eigen.h>
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
@@ -75,16 +76,12 @@ struct Picked {
 class Cubes {
  public:
   void Add(const Picked& sample) {
-    if (sample.cube != last_cube_) {  // neighbours come one after another
-      const auto [it, fresh] = at_.try_emplace(sample.cube, static_cast<uint32_t>(picked_.size()));
-      last_cube_ = sample.cube;
-      last_ = it->second;
-      if (fresh) {
-        picked_.push_back(sample);
-        return;
-      }
+    const auto [it, fresh] = at_.try_emplace(sample.cube, static_cast<uint32_t>(picked_.size()));
+    if (fresh) {
+      picked_.push_back(sample);
+      return;
     }
-    Picked& best = picked_[last_];
+    Picked& best = picked_[it->second];
     best.cells += sample.cells;
     if (sample.distance < best.distance) {
       best.distance = sample.distance;
@@ -97,8 +94,6 @@ class Cubes {
  private:
   absl::flat_hash_map<uint64_t, uint32_t> at_;
   std::vector<Picked> picked_;
-  uint64_t last_cube_ = ~uint64_t{0};
-  uint32_t last_ = 0;
 };
 
 // In each cube that holds samples, the one nearest to its centre. Near the scanner, where samples
@@ -148,33 +143,10 @@ struct PlaneFit {
   float rms = -1;  // m, of the neighbours from their plane; negative: there is no plane
 };
 
-// What a plane is fitted to: samples, relative to the one in their middle.
-struct Moments {
-  int count = 0;
-  Eigen::Vector3f sum = Eigen::Vector3f::Zero();  // m
-  float xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
-
-  void Add(const Eigen::Vector3f& p) {
-    ++count;
-    sum += p;
-    xx += p.x() * p.x();
-    xy += p.x() * p.y();
-    xz += p.x() * p.z();
-    yy += p.y() * p.y();
-    yz += p.y() * p.z();
-    zz += p.z() * p.z();
-  }
-  Eigen::Matrix3f Covariance(const Eigen::Vector3f& mean) const {
-    Eigen::Matrix3f squares;
-    squares << xx, xy, xz, xy, yy, yz, xz, yz, zz;
-    return squares / static_cast<float>(count) - mean * mean.transpose();
-  }
-};
-
 // Fits a plane to the neighbours within `neighbourhood` (m). `flat`: the largest rms distance from
 // the plane, m, in addition to the other conditions.
 PlaneFit FitPlane(const sensor::Scan& scan, const Cloud& cloud, const Picked& picked,
-                  double neighbourhood, double flat) {
+                  double neighbourhood, double flat, pcl::Indices& neighbours) {
   const sensor::RangeImage& image = scan.image;
   const int column = static_cast<int>(picked.cell / image.elevation.size());
   const int row = static_cast<int>(picked.cell % image.elevation.size());
@@ -198,7 +170,7 @@ PlaneFit FitPlane(const sensor::Scan& scan, const Cloud& cloud, const Picked& pi
       std::max({2 * neighbourhood, 3.0 * range * elevation_step, 3.0 * range * azimuth_step});
   const auto gate_squared = static_cast<float>(gate * gate);
 
-  Moments moments;
+  neighbours.clear();
   for (int dc = -half_c; dc <= half_c; dc += stride_c) {
     int c = column + dc;
     if (c < 0 || c >= image.columns()) {
@@ -208,14 +180,17 @@ PlaneFit FitPlane(const sensor::Scan& scan, const Cloud& cloud, const Picked& pi
     for (int dr = -half_r; dr <= half_r; dr += stride_r) {
       const int r = row + dr;
       if (r < 0 || r >= image.rows()) continue;
-      const Eigen::Vector3f off = cloud[image.Index(c, r)].getVector3fMap() - centre;
-      if (off.squaredNorm() <= gate_squared) moments.Add(off);  // not where there is no return
+      const size_t i = image.Index(c, r);
+      if (!sensor::RangeImage::IsRange(image.range[i])) continue;
+      if ((cloud[i].getVector3fMap() - centre).squaredNorm() > gate_squared) continue;
+      neighbours.push_back(static_cast<pcl::index_t>(i));
     }
   }
   PlaneFit fit;
-  if (moments.count < kMinNeighbours) return fit;
-  const Eigen::Vector3f mean = moments.sum / static_cast<float>(moments.count);
-  const Eigen::Matrix3f covariance = moments.Covariance(mean);
+  if (neighbours.size() < kMinNeighbours) return fit;
+  Eigen::Matrix3f covariance = Eigen::Matrix3f::Zero();
+  Eigen::Vector4f mean = Eigen::Vector4f::Zero();
+  pcl::computeMeanAndCovarianceMatrix(cloud, neighbours, covariance, mean);
   Eigen::Matrix3f vectors = Eigen::Matrix3f::Zero();
   Eigen::Vector3f values = Eigen::Vector3f::Zero();
   pcl::eigen33(covariance, vectors, values);
@@ -230,7 +205,7 @@ PlaneFit FitPlane(const sensor::Scan& scan, const Cloud& cloud, const Picked& pi
   if (normal.dot(centre) > 0) normal = -normal;
   const double cos_incidence = -normal.dot(centre.normalized());
   if (cos_incidence < std::cos(scan.scanner.max_incidence)) return fit;
-  const float off = -normal.dot(mean);
+  const float off = normal.dot(centre - mean.head<3>());
   if (std::abs(off) > 3 * std::max(rms, scan.scanner.RangeSigma(range))) return fit;
   fit.rms = static_cast<float>(rms);
   fit.sample.point = centre - off * normal;
@@ -283,13 +258,15 @@ ScanSurface SampleSurface(const sensor::Scan& scan, double spacing, parallel::Pa
   std::vector<PlaneFit> fits(picked.size());
   constexpr size_t kChunk = 512;
   parallel.For((picked.size() + kChunk - 1) / kChunk, [&](size_t chunk) {
+    pcl::Indices neighbours;
     const size_t end = std::min(picked.size(), (chunk + 1) * kChunk);
     for (size_t i = chunk * kChunk; i < end; ++i) {
       constexpr double kAny = std::numeric_limits<double>::infinity();
-      fits[i] = FitPlane(scan, cloud, picked[i], kNeighbourhood, kAny);
+      fits[i] = FitPlane(scan, cloud, picked[i], kNeighbourhood, kAny, neighbours);
       if (fits[i].rms >= 0) continue;
       const double noise = scan.scanner.RangeSigma(scan.image.range[picked[i].cell]);
-      fits[i] = FitPlane(scan, cloud, picked[i], kSmallNeighbourhood, kSmallNoise * noise);
+      fits[i] =
+          FitPlane(scan, cloud, picked[i], kSmallNeighbourhood, kSmallNoise * noise, neighbours);
     }
   });
   ScanSurface surface;

@@ -14,6 +14,7 @@ constexpr double kHigher = 2;
 // axis: these are at most 45 degrees from it (in the horizontal plane), and normals of what a
 // sample lies on at most 37 degrees from its own (VoxelSearch).
 constexpr float kServesFacing = 0.13f;
+constexpr double kLeastLevel = 0.5;  // m^2
 
 }  // namespace
 
@@ -25,11 +26,14 @@ double CoarseSurface::Bytes(const Eigen::Vector3d& size, double step, double rea
 }
 
 CoarseSurface::CoarseSurface(const model::PlanningView& model, double step, double reach)
-    : step_(step) {
+    : step_(step), reach_(reach), voxel_(model.voxel_size()) {
   Eigen::AlignedBox3d box;
   model.ForEachSurface(
-      [&](const model::VoxelIndex&, model::VoxelState state, const model::SurfaceVoxel& voxel) {
-        if (state == model::VoxelState::kTrueSurface) box.extend(voxel.centroid.cast<double>());
+      [&](const model::VoxelIndex& at, model::VoxelState state, const model::SurfaceVoxel& voxel) {
+        if (state != model::VoxelState::kTrueSurface) return;
+        box.extend(voxel.centroid.cast<double>());
+        if (std::abs(voxel.normal.z()) < kLevelSurface) return;
+        level_area_[voxel.normal.z() > 0 ? 1 : 0][at.z()] += static_cast<double>(voxel.area);
       });
   if (box.isEmpty()) return;
   const Eigen::Vector3d low = box.min() - Eigen::Vector3d::Constant(reach);
@@ -48,6 +52,17 @@ CoarseSurface::CoarseSurface(const model::PlanningView& model, double step, doub
         if (state == model::VoxelState::kTrueSurface) Mark(voxel, reach);
       });
   for (int level = 1; level < kLevels; ++level) Widen(level);
+}
+
+bool CoarseSurface::HasLevel(double height, bool upward) const {
+  const std::map<int, double>& area = level_area_[upward ? 1 : 0];
+  const auto bin = [&](double z) { return static_cast<int>(std::floor(z / voxel_)); };
+  double found = 0;
+  for (auto it = area.lower_bound(bin(height - reach_));
+       it != area.end() && it->first <= bin(height + reach_); ++it) {
+    found += it->second;
+  }
+  return found >= kLeastLevel;
 }
 
 uint8_t CoarseSurface::Facing(const Eigen::Vector3d& normal) {

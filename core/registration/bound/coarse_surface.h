@@ -8,11 +8,14 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "core/model/view/planning_view.h"
 
 namespace vantage::registration {
+
+inline constexpr float kLevelSurface = 0.9f;  // cosine to the vertical, at least
 
 // Immutable, so that threads may share it.
 class CoarseSurface {
@@ -31,6 +34,9 @@ class CoarseSurface {
   static double Bytes(const Eigen::Vector3d& size, double step, double reach);
 
   double step() const { return step_; }
+  // Whether there is level surface that faces upward, or downward, within `reach` of a height (m),
+  // anywhere: half a square metre, as three treads have.
+  bool HasLevel(double height, bool upward) const;
   // One bit, of the axis that a normal (unit, world) is nearest to.
   static uint8_t Facing(const Eigen::Vector3d& normal);
   // Whether a sample at `point` (m, world) that faces so may lie on surface at some shift of a
@@ -55,6 +61,9 @@ class CoarseSurface {
   void Widen(int level);
 
   double step_;
+  double reach_;
+  double voxel_;
+  std::array<std::map<int, double>, 2> level_area_;  // m^2, by voxel of height: downward, upward
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
   Eigen::Array3d inverse_cell_ = Eigen::Array3d::Ones();
   Eigen::Array3i size_ = Eigen::Array3i::Zero();

@@ -27,6 +27,8 @@ constexpr double kFirstLess = 0.2;
 constexpr size_t kSquareSamples = 128;
 constexpr double kAskedWall = 0.7;  // cosine to the vertical, at most
 constexpr double kSquareLess = 0.12;
+// Samples of level surface that a rise is asked of.
+constexpr size_t kLevelSamples = 64;
 // Moves that are looked at closely, those where most may hold: where a site repeats itself in more
 // places than that, it does in these.
 constexpr size_t kLookedAt = 600;
@@ -75,6 +77,7 @@ void SortMoves(std::vector<ScanMove>& moves) {
   std::stable_sort(moves.begin(), moves.end(), [](const ScanMove& a, const ScanMove& b) {
     if (a.fits != b.fits) return a.fits > b.fits;
     if (a.turn != b.turn) return a.turn < b.turn;
+    if (a.by.z() != b.by.z()) return a.by.z() < b.by.z();
     return a.by.y() != b.by.y() ? a.by.y() < b.by.y() : a.by.x() < b.by.x();
   });
 }
@@ -109,27 +112,30 @@ Eigen::Isometry3d Moved(const Eigen::Vector3d& position, const ScanMove& move) {
   return pose;
 }
 
-// The samples of walls that squares of shifts are asked of.
+// The samples that squares of shifts are asked of: of walls, and with a rise of all, since floors
+// notice that.
 struct MoveSearch::Asked {
   struct Sample {
-    Eigen::Vector3d point;                             // m, world, turned
+    Eigen::Vector3d point;                             // m, world, moved
     uint8_t facing = 0;                                // turned
-    double moved = 0;                                  // m, along its normal, by the turn
+    double moved = 0;                                  // m, along its normal, by rise and turn
     Eigen::Vector2d normal = Eigen::Vector2d::Zero();  // where the scan is
   };
   std::vector<Sample> samples;
 
-  Asked(std::span<const SurfaceSample> of, const Eigen::Vector3d& position, double turn) {
+  Asked(std::span<const SurfaceSample> of, const Eigen::Vector3d& position, double rise,
+        double turn) {
+    const Eigen::Vector3d up(0, 0, rise);
     const Eigen::Matrix3d rotation =
         Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()).toRotationMatrix();
     for (const SurfaceSample& s : of) {
       if (samples.size() == kSquareSamples) break;
       const Eigen::Vector3d normal = s.normal.cast<double>();
-      if (std::abs(normal.z()) > kAskedWall) continue;
+      if (rise == 0 && std::abs(normal.z()) > kAskedWall) continue;
       const Eigen::Vector3d point = s.point.cast<double>();
-      const Eigen::Vector3d turned = rotation * point;
-      samples.push_back({position + turned, CoarseSurface::Facing(rotation * normal),
-                         normal.dot(turned - point), normal.head<2>()});
+      const Eigen::Vector3d moved = rotation * point + up;
+      samples.push_back({position + moved, CoarseSurface::Facing(rotation * normal),
+                         normal.dot(moved - point), normal.head<2>()});
     }
   }
 };
@@ -183,11 +189,12 @@ std::vector<ScanMove> MoveSearch::HeldOf(std::vector<ScanMove> moves) const {
   return BestApart(std::move(moves));
 }
 
-std::vector<ScanMove> MoveSearch::WithTurn(double reach, double turn) const {
-  const Asked asked(samples_, position_, turn);
+std::vector<ScanMove> MoveSearch::With(double shift, double rise, double turn) const {
+  const Asked asked(samples_, position_, rise, turn);
   const double step = coarse_.step();
   const auto near = [&](int level, int x, int y) {
-    return turn == 0 && ComesWithin(kNearMove, step, x, y, CoarseSurface::Side(level));
+    return turn == 0 && std::abs(rise) < kNearMove &&
+           ComesWithin(kNearMove, step, x, y, CoarseSurface::Side(level));
   };
   double share = 1;  // of the shift that was asked last
   const auto may = [&](int level, int x, int y) {
@@ -195,29 +202,55 @@ std::vector<ScanMove> MoveSearch::WithTurn(double reach, double turn) const {
     return share >= kWorthALook - kSquareLess;
   };
   std::vector<ScanMove> found;
-  ForEachShift(reach, step, may, [&](int x, int y) {
-    if (turn != 0 || x != 0 || y != 0) found.push_back({{step * x, step * y, 0}, turn, share});
+  ForEachShift(shift, step, may, [&](int x, int y) {
+    const bool moved = turn != 0 || rise != 0 || x != 0 || y != 0;
+    if (moved) found.push_back({{step * x, step * y, rise}, turn, share});
   });
   return HeldOf(std::move(found));
 }
 
-std::vector<ScanMove> MoveSearch::Twins(double reach, double turn) const {
-  std::vector<ScanMove> found = WithTurn(reach, 0);
-  if (turn < kLeastTwinTurn) return found;
+bool MoveSearch::MayRise(double rise) const {
+  size_t asked = 0;
+  size_t again = 0;
+  for (const SurfaceSample& s : samples_) {
+    if (std::abs(s.normal.z()) < kLevelSurface) continue;
+    const double height = position_.z() + static_cast<double>(s.point.z()) + rise;
+    again += coarse_.HasLevel(height, s.normal.z() > 0) ? 1 : 0;
+    if (++asked == kLevelSamples) break;
+  }
+  const auto share = [&] { return static_cast<double>(again) / static_cast<double>(asked); };
+  return asked < kFewestHoldSamples || share() >= kWorthALook;
+}
+
+std::vector<ScanMove> MoveSearch::Twins(const MoveReach& reach) const {
+  std::vector<ScanMove> found = With(reach.shift, 0, 0);
+  const auto add = [&](std::vector<ScanMove> of) {
+    of = BestApart(std::move(of));
+    found.insert(found.end(), of.begin(), of.end());
+  };
+  std::vector<ScanMove> risen;
+  const int rises = static_cast<int>(reach.rise / coarse_.step() + 1e-9);
+  for (int k = -rises; k <= rises; ++k) {
+    const double rise = k * coarse_.step();
+    if (k == 0 || !MayRise(rise)) continue;
+    const std::vector<ScanMove> best = With(reach.shift, rise, 0);
+    risen.insert(risen.end(), best.begin(), best.end());
+  }
+  add(std::move(risen));
+  if (reach.turn < kLeastTwinTurn) return found;
   std::vector<ScanMove> turned;
   const int first = static_cast<int>(std::ceil(kLeastTwinTurn / kTurnStep));
-  const int last = static_cast<int>(std::min(turn, sensor::kPi) / kTurnStep + 1e-9);
+  const int last = static_cast<int>(std::min(reach.turn, sensor::kPi) / kTurnStep + 1e-9);
   for (int k = first; k <= last; ++k) {
     const double by = k * kTurnStep;
     const bool half_turn = by > sensor::kPi - 0.5 * kTurnStep;
     for (const double side : {1.0, -1.0}) {
       if (half_turn && side < 0) continue;  // the same
-      const std::vector<ScanMove> best = WithTurn(reach, side * by);
+      const std::vector<ScanMove> best = With(reach.shift, 0, side * by);
       turned.insert(turned.end(), best.begin(), best.end());
     }
   }
-  turned = BestApart(std::move(turned));
-  found.insert(found.end(), turned.begin(), turned.end());
+  add(std::move(turned));
   return found;
 }
 

@@ -14,7 +14,7 @@
 
 namespace vantage::registration {
 
-// Across the floor, and about the vertical through the scanner.
+// Across the floor, up or down, and about the vertical through the scanner.
 struct ScanMove {
   Eigen::Vector3d by = Eigen::Vector3d::Zero();  // m, world
   double turn = 0;                               // rad
@@ -25,6 +25,13 @@ Eigen::Isometry3d Moved(const Eigen::Vector3d& position, const ScanMove& move);
 // m: within it what does not notice a move holds a scan as well as what does, and a move may be on
 // its way back to where the scan is.
 inline constexpr double kNearMove = 0.65;
+
+// How far a scan may have been made from where it is taken to be.
+struct MoveReach {
+  double shift = 0;  // m, across the floor
+  double rise = 0;   // m, up or down
+  double turn = 0;   // rad
+};
 
 // Shifts are on a lattice of kShiftStep, out to the reach that is asked for. Squares of up to 16 x
 // 16 of them are ruled out at once where too few samples may lie on surface at any (branch and
@@ -41,15 +48,17 @@ class MoveSearch {
              std::span<const SurfaceSample> samples, const Eigen::Vector3d& position)
       : search_(search), coarse_(coarse), samples_(samples), position_(position) {}
 
-  // Where what notices a move is held: shifts within `reach` (m), and turns by more than
-  // kLeastTwinTurn and at most `turn` (rad) with shifts within `reach`. The best of their
-  // neighbours, a few of each of the two, best first.
-  std::vector<ScanMove> Twins(double reach, double turn) const;
+  // Where what notices a move is held, within `reach`: shifts; shifts with a rise, as on stairs and
+  // from storey to storey; and shifts with a turn by more than kLeastTwinTurn. The best of their
+  // neighbours, a few of each of the three, best first.
+  std::vector<ScanMove> Twins(const MoveReach& reach) const;
 
  private:
-  struct Asked;  // samples, turned
-  // The twins with one turn.
-  std::vector<ScanMove> WithTurn(double reach, double turn) const;
+  struct Asked;  // samples, moved
+  // The twins with one rise and turn.
+  std::vector<ScanMove> With(double shift, double rise, double turn) const;
+  // Whether enough of what is level is at such heights again, somewhere.
+  bool MayRise(double rise) const;
   // Those of `moves` that are held, the best of their neighbours.
   std::vector<ScanMove> HeldOf(std::vector<ScanMove> moves) const;
   // The share of what notices a square of shifts that may be held at one of them, at most, but for

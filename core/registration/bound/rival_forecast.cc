@@ -28,6 +28,8 @@ namespace {
 // goes on by as far as it finds correspondences, or as a prior lets it that is better than that.
 constexpr double kSigmasOff = 1.5;
 constexpr double kGuessOff = 0.5;  // m
+// And wrong about the height of a tripod by this: a third of the reach that a guess has upward.
+constexpr double kGuessOffUpward = 0.05;  // m
 // Headings are guessed to 15 degrees at three sigma (PriorReach).
 constexpr double kGuessedTurn = sensor::Radians(5);  // rad
 // Of a pose: for its refinement, and for what speaks for and against it (1 %, one sigma).
@@ -78,6 +80,25 @@ double HeadingSigma(const RegistrationConfig& config) {
   return config.prior_heading_sigma > 0 ? config.prior_heading_sigma : kGuessedTurn;
 }
 
+// How far a rival may be from where the scan is.
+MoveReach ReachOfPriors(const RegistrationConfig& config) {
+  sensor::PosePrior prior;
+  const double heading = HeadingSigma(config);
+  const double sigma = config.prior_sigma;
+  if (sigma > 0) {
+    sensor::Matrix6d covariance = sensor::Matrix6d::Zero();
+    covariance(2, 2) = heading * heading;
+    covariance.diagonal().tail<3>().setConstant(sigma * sigma);
+    prior.covariance = covariance;
+  }
+  const PriorReach reach = ReachOf(prior);
+  const auto beyond = [&](double off) { return off + std::min(off, config.max_correspondence); };
+  const double off = kSigmasOff * sigma;
+  return {reach.shift + beyond(sigma > 0 ? off : kGuessOff),
+          reach.rise + beyond(sigma > 0 ? off : kGuessOffUpward),
+          std::min((kSigmasOfPrior + kSigmasOff) * heading, sensor::kPi)};
+}
+
 Eigen::AlignedBox3d TrueSurfaceBox(const model::PlanningView& model) {
   Eigen::AlignedBox3d box;
   for (const model::BrickAt& at : model.surface_bricks()) {
@@ -117,26 +138,6 @@ uint64_t FieldAllOver::EstimatedBytes() {
   return static_cast<uint64_t>(CorrespondenceField::kCellsAroundScan) * kBytesOfCell;
 }
 
-// How far a rival may be from where the scan is.
-struct RivalForecast::Reach {
-  double shift = 0;  // m
-  double turn = 0;   // rad
-
-  explicit Reach(const RegistrationConfig& config) {
-    sensor::PosePrior prior;
-    const double heading = HeadingSigma(config);
-    if (config.prior_sigma > 0) {
-      sensor::Matrix6d covariance = sensor::Matrix6d::Zero();
-      covariance(2, 2) = heading * heading;
-      covariance.diagonal().tail<3>().setConstant(config.prior_sigma * config.prior_sigma);
-      prior.covariance = covariance;
-    }
-    const double off = config.prior_sigma > 0 ? kSigmasOff * config.prior_sigma : kGuessOff;
-    shift = ReachOf(prior).shift + off + std::min(off, config.max_correspondence);
-    turn = std::min((kSigmasOfPrior + kSigmasOff) * heading, sensor::kPi);
-  }
-};
-
 RivalForecast::RivalForecast(const model::PlanningView& model)
     : model_(model),
       search_(model, TrueSurfaceBox(model)),
@@ -151,7 +152,7 @@ double RivalForecast::EstimatedBytes(const model::PlanningView& model) {
 
 std::vector<Minimum> RivalForecast::Refined(const ScanSurface& surface,
                                             const Eigen::Vector3d& position,
-                                            std::span<const ScanMove> moves, const Reach& reach,
+                                            std::span<const ScanMove> moves, const MoveReach& reach,
                                             double least, const RegistrationConfig& config) const {
   parallel::Serial serial;
   const std::span<const SurfaceSample> samples = Compared(surface);
@@ -188,10 +189,12 @@ std::vector<Minimum> RivalForecast::Refined(const ScanSurface& surface,
     const auto same = [&](const Eigen::Isometry3d& other) {
       return SurfaceDistance(there.T_world_scan, other, samples) < kApart;
     };
-    const double away = (there.T_world_scan.translation() - position).norm();
+    const Eigen::Vector3d moved = there.T_world_scan.translation() - position;
+    const bool away = moved.head<2>().norm() > reach.shift ||
+                      std::abs(moved.z()) > reach.rise + config.max_correspondence;
     const bool known = std::any_of(minima.begin(), minima.end(),
                                    [&](const Minimum& m) { return same(m.T_world_scan); });
-    if (known || away > reach.shift || same(here)) continue;
+    if (known || away || same(here)) continue;
     there.score = ScorePose(search_, samples, there.T_world_scan);
     if (there.score < least) continue;
     const SpaceAgreement space =
@@ -206,12 +209,11 @@ std::vector<Minimum> RivalForecast::Refined(const ScanSurface& surface,
 }
 
 std::vector<RivalPose> RivalForecast::Twins(const ScanSurface& surface,
-                                            const Eigen::Vector3d& position, const Reach& reach,
+                                            const Eigen::Vector3d& position, const MoveReach& reach,
                                             const RegistrationConfig& config) const {
   parallel::Serial serial;
   const std::span<const SurfaceSample> samples = Compared(surface);
-  const std::vector<ScanMove> moves =
-      MoveSearch(search_, *coarse_, samples, position).Twins(reach.shift, reach.turn);
+  const std::vector<ScanMove> moves = MoveSearch(search_, *coarse_, samples, position).Twins(reach);
   if (moves.empty()) return {};
   Alignment alignment;
   alignment.T_world_scan = Moved(position, {});
@@ -233,7 +235,7 @@ std::vector<RivalPose> RivalForecast::Rivals(std::span<const OverlapElement> ove
   std::vector<TargetTie> seen(targets.begin(), targets.end());
   for (TargetTie& target : seen) target.in_scan = target.in_world - position;
   const ScanSurface surface = SurfaceOf(overlap, position, scanner);
-  std::vector<RivalPose> rivals = Twins(surface, position, Reach(config), config);
+  std::vector<RivalPose> rivals = Twins(surface, position, ReachOfPriors(config), config);
   std::erase_if(rivals, [&](const RivalPose& rival) { return Refute(seen, rival.T_world_scan); });
   return rivals;
 }

@@ -74,14 +74,13 @@ class RivalForecast {
              RegistrationVerdict& verdict, std::span<const TargetTie> targets = {}) const;
 
  private:
-  struct Reach;  // how far what leads to a twin may be off
   // Where a scan ends that starts from each of `moves`, those apart from each other and from where
   // it is, scored as in an alignment, best first; only those that fit `least` or more.
   std::vector<Minimum> Refined(const ScanSurface& surface, const Eigen::Vector3d& position,
-                               std::span<const ScanMove> moves, const Reach& reach, double least,
-                               const RegistrationConfig& config) const;
+                               std::span<const ScanMove> moves, const MoveReach& reach,
+                               double least, const RegistrationConfig& config) const;
   std::vector<RivalPose> Twins(const ScanSurface& surface, const Eigen::Vector3d& position,
-                               const Reach& reach, const RegistrationConfig& config) const;
+                               const MoveReach& reach, const RegistrationConfig& config) const;
 
   const model::PlanningView& model_;
   VoxelSearch search_;

@@ -204,6 +204,109 @@ TEST_F(TargetAdviceTest, TellsTwinsApart) {
   EXPECT_LT(off_, 0.01);
 }
 
+// m, least distance of a place from a line through two others; infinite of two places.
+double LeastOffLine(const TargetAdvice& advice) {
+  double least = std::numeric_limits<double>::infinity();
+  const std::vector<TargetPlace>& places = advice.places;
+  for (size_t i = 0; i < places.size(); ++i) {
+    for (size_t k = 0; k < i; ++k) {
+      const Eigen::Vector3d along = (places[k].position - places[i].position).normalized();
+      for (size_t l = 0; l < places.size(); ++l) {
+        if (l == i || l == k) continue;
+        least = std::min(least, along.cross(places[l].position - places[i].position).norm());
+      }
+    }
+  }
+  return least;
+}
+
+// Along a wall the four that hold a view best lie nearly on one line.
+TEST_F(TargetAdviceTest, NoThreeLieInALine) {
+  PlanningConfig config;
+  config.registration.required_accuracy = 0.005;
+  Model(registration::Corridor(), config);
+  for (const double x : {2.4, 2.5, 2.6}) {
+    const std::optional<TargetAdvice> advice = Find(View(x, 0.3));
+    if (!advice.has_value()) continue;
+    EXPECT_GE(LeastOffLine(*advice), 0.3) << "at " << x;
+  }
+}
+
+// A flight of which both ends are out of range: one step up it looks the same.
+BoxScene Stairs() {
+  constexpr double kTread = 0.28;
+  constexpr double kRise = 0.17;
+  constexpr int kSteps = 40;
+  BoxScene scene;
+  scene.room = {Eigen::Vector3d(-100, -0.8, -100), Eigen::Vector3d(100, 0.8, 100)};
+  for (int k = -kSteps; k < kSteps; ++k) {
+    const double x = kTread * k;
+    const double floor = kRise * k;
+    scene.solids.push_back(
+        {Eigen::Vector3d(x, -0.8, floor - 1), Eigen::Vector3d(x + kTread, 0.8, floor)});
+    scene.solids.push_back(
+        {Eigen::Vector3d(x, -0.8, floor + 2.5), Eigen::Vector3d(x + kTread, 0.8, floor + 3.5)});
+  }
+  return scene;
+}
+
+// Five steps up, by who knows to 0.3 m where that is: the step above would do as well.
+TEST_F(TargetAdviceTest, OnStairsTargetsTellTheSteps) {
+  PlanningConfig config;
+  config.registration.prior_sigma = 0.3;
+  config.registration.required_accuracy = 0.03;
+  config.scanned_from = {{"sessions/job/scans/foot", {0, 0, kHeight}, 0}};
+  Model(Stairs(), config);
+  RankedView view;
+  view.position = {5.5 * 0.28, 0.3, kHeight + 5 * 0.17};
+  view.verdict = problem_->overlap()
+                     .Predict(view.position, problem_->scene(), config.registration,
+                              parallel::Budget::Unlimited())
+                     ->verdict;
+  ASSERT_FALSE(view.verdict.registered());
+  EXPECT_EQ(view.verdict.bases.front(), registration::RegistrationBasis::kRivalPose)
+      << view.verdict.reason;
+  const std::optional<TargetAdvice> advice = Find(view);
+  ASSERT_TRUE(advice.has_value()) << view.verdict.reason;
+  EXPECT_EQ(advice->seen_from, std::vector<std::string>{"sessions/job/scans/foot"});
+  for (const TargetPlace& place : advice->places) {
+    EXPECT_NEAR(std::abs(place.position.y()), 0.8, 0.05) << "on the side walls";
+    const double tread = 0.17 * std::floor(place.position.x() / 0.28);
+    EXPECT_GE(place.position.z() - tread, 0.3);
+    EXPECT_LE(place.position.z() - tread, 2.3);
+  }
+  EXPECT_FALSE(ScanWith(view, {}, 0.28).verdict.registered());
+  const registration::RegistrationResult with = ScanWith(view, advice->places, 0.28);
+  EXPECT_TRUE(with.verdict.registered()) << with.verdict.reason;
+  EXPECT_LT(off_, with.verdict.error_bound);
+}
+
+// Floor and ceiling of a passage; its sides are of glass, of which nothing comes back.
+BoxScene GlassPassage(bool one_wall) {
+  BoxScene scene;
+  scene.room = {Eigen::Vector3d(-100, -100, -100), Eigen::Vector3d(100, 100, 100)};
+  scene.solids = {{Eigen::Vector3d(-30, -1, -0.2), Eigen::Vector3d(30, 1, 0)},
+                  {Eigen::Vector3d(-30, -1, 2.5), Eigen::Vector3d(30, 1, 2.7)}};
+  if (one_wall) {
+    scene.solids.push_back({Eigen::Vector3d(-30, 1, 0), Eigen::Vector3d(30, 1.2, 2.5)});
+  }
+  return scene;
+}
+
+TEST_F(TargetAdviceTest, BesideGlassTheyGoOnTheOtherWall) {
+  Model(GlassPassage(true), {});
+  const RankedView view = View(3, 0.3);
+  ASSERT_FALSE(view.verdict.registered());
+  const std::optional<TargetAdvice> advice = Find(view);
+  ASSERT_TRUE(advice.has_value()) << view.verdict.reason;
+  for (const TargetPlace& place : advice->places) EXPECT_NEAR(place.position.y(), 1, 0.05);
+  EXPECT_GE(LeastOffLine(*advice), 0.3);
+  EXPECT_EQ(TargetAdviceWords(*advice, {0, 0, 0}).find("stand"), std::string::npos);
+  EXPECT_FALSE(ScanWith(view, {}, 0.2).verdict.registered());
+  EXPECT_TRUE(ScanWith(view, advice->places, 0.2).verdict.registered());
+  EXPECT_LT(off_, 0.01);
+}
+
 TEST_F(TargetAdviceTest, SaysNothingWhereTargetsAreNotWhatIsWanting) {
   Model(registration::FurnishedRoom(3), {});
   RankedView view = View(0.8, 0.6);

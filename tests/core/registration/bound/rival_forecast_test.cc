@@ -43,6 +43,7 @@ std::vector<OverlapElement> Overlap(const model::PlanningView& model) {
       [&](const model::VoxelIndex&, model::VoxelState state, const model::SurfaceVoxel& voxel) {
         const Eigen::Vector3d at = voxel.centroid.cast<double>();
         if (state != model::VoxelState::kTrueSurface || at.head<2>().norm() > 4) return;
+        if (at.z() > 2.9) return;  // the storey above
         if (voxel.normal.cast<double>().dot(kView - at) <= 0) return;
         elements.push_back({voxel.centroid, voxel.normal, 3, voxel.samples});
       });
@@ -73,6 +74,18 @@ TEST(RivalForecast, FindsATwinAsFarAsPriorsMayBeWrong) {
   EXPECT_NEAR(rivals.front().farthest, 8, 0.05);
   EXPECT_GT(rivals.front().fit_share, 0.95);
   EXPECT_TRUE(RivalsOf(*model, 1, 0).empty());
+  EXPECT_TRUE(RivalsOf(*model, 0, 0).empty());
+}
+
+// The room above is just the same: as far up as priors reach, of one storey and half another.
+TEST(RivalForecast, FindsATwinOnTheNextStorey) {
+  Eigen::Isometry3d above = Eigen::Isometry3d::Identity();
+  above.translate(Eigen::Vector3d(0.4, 0, 3.05));
+  const auto model = TwoRooms(above);
+  const std::vector<RivalPose> rivals = RivalsOf(*model, 1, 0);
+  ASSERT_FALSE(rivals.empty());
+  EXPECT_LT((rivals.front().T_world_scan.translation() - above * kView).norm(), 0.02);
+  EXPECT_TRUE(RivalsOf(*model, 0.3, 0).empty());
   EXPECT_TRUE(RivalsOf(*model, 0, 0).empty());
 }
 
