@@ -13,7 +13,7 @@ for word in "$@"; do
     *) chosen+=("$word") ;;
   esac
 done
-readarray -t every < <(sed '1,/^# .\/dev check/d; s/ .*//' "$stages/stages.txt")
+readarray -t every < <(sed '1,/^# .\/dev check/d; /^#/d; s/ .*//' "$stages/stages.txt")
 ((${#chosen[@]})) || chosen=("${every[@]}")
 for name in "${chosen[@]}"; do
   [[ " ${every[*]} " == *" $name "* ]] || die "no stage is called $name; there are: ${every[*]}"
@@ -23,7 +23,7 @@ if ((${#all[@]} > 0)) || [[ ${VANTAGE_LONG:-0} == 1 ]]; then export VANTAGE_SLAC
 
 for name in "${chosen[@]}"; do
   case $name in
-    tidy | asan | tsan) stage "$name" "$stages/$name.sh" "${all[@]}" || true ;;
+    seeds | tidy | asan | tsan) stage "$name" "$stages/$name.sh" "${all[@]}" || true ;;
     fuzz) stage fuzz "$stages/fuzz.sh" --stage "${all[@]}" || true ;;
     *) stage "$name" || true ;;
   esac

@@ -4,7 +4,8 @@
 Usage: coverage.py --seconds N|--most N [--all] UNIT...
 A unit is a source file or a folder of tests, without the folders in it. Prints those to cover, one on a line, and says on
 standard error what it did and why. In this order, as long as they fit into N seconds of one
-core, of compiling and running, or are N at most:
+core, of compiling and running, or are N at most (of N as many percent as VANTAGE_SHARE says, where
+time is short):
 
   1. units with changed files (a folder of tests also counts as changed with the folder that it
      tests)
@@ -13,8 +14,8 @@ core, of compiling and running, or are N at most:
   3. units that include what changed, by however many files in between, the nearest first
 
 Changed is what differs from VANTAGE_CHANGED_SINCE, or else from 20 commits ago, and what is new.
-The same tree and history always give the same answer: sources are counted at constant rates for
-each kind, never timed.
+The same tree, history and share always give the same answer: sources are counted at constant rates
+for each kind, never timed.
 """
 
 import argparse
@@ -193,7 +194,10 @@ def main():
         say(f"all {len(args.units)}")
         print("\n".join(args.units))
     else:
-        print("\n".join(choose(args.units, args.seconds or args.most,
+        share = int(os.environ.get("VANTAGE_SHARE", 100))
+        if share < 100:
+            say(f"{share} % of what is usual: time is short")
+        print("\n".join(choose(args.units, (args.seconds or args.most) * share // 100,
                                counted=args.seconds is None)))
 
 

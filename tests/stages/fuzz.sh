@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # fuzz.sh [NAME] [--minutes N | --runs N]: one fuzzer or all of them, two at a time, since each has one
 # thread; from the seeds in tests/fuzz/corpus. What is found is kept in build/fuzz.
-# fuzz.sh --stage [--all]: for two minutes in all, those that asan.sh has built.
+# fuzz.sh --stage [--all]: for two minutes in all, less where time is short, those that asan.sh has built.
 source "$(dirname "${BASH_SOURCE[0]}")/sanitizers.sh"
 
 # fuzz_one NAME LIMIT
@@ -35,7 +35,7 @@ if [[ ${1:-} == --stage ]]; then
     exit "$skipped"
   }
   readarray -t chosen <<<"$turn"
-  each=$((120 * 2 / ${#chosen[@]}))
+  each=$((120 * 2 * ${VANTAGE_SHARE:-100} / 100 / ${#chosen[@]}))
   limit=-max_total_time=$((each > 60 ? 60 : each))
 fi
 while (($#)); do

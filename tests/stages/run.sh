@@ -21,6 +21,21 @@ follow() {
   done
 }
 
+# share_of_time NAME: in percent, what of its budget the stage and those after it can have, if this
+# machine goes on as slowly as so far, until VANTAGE_DEADLINE; a quarter at least.
+share_of_time() {
+  [[ -n ${VANTAGE_DEADLINE:-} ]] || { echo 100 && return; }
+  awk -v name="$1" -v spent=$((EPOCHSECONDS - VANTAGE_STARTED)) \
+    -v left=$((VANTAGE_DEADLINE - EPOCHSECONDS)) '
+    /^[a-z]/ { if ($1 == name) reached = 1; if (reached) rest += $2; else before += $2 }
+    END {
+      pace = before > 0 && spent > before ? spent / before : 1
+      # A tenth is kept, since no stage takes exactly what it is meant to.
+      share = 90 * left / (rest * pace)
+      print int(share < 25 ? 25 : share > 100 ? 100 : share)
+    }' "$stages/stages.txt"
+}
+
 # stage NAME [COMMAND...]: runs the command, by default tests/stages/NAME.sh, as the stage of that name.
 # True if it passed or was skipped. VANTAGE_SLACK times its budget, ten minutes at least, or at VANTAGE_DEADLINE (seconds of
 # the epoch), it is stopped.
@@ -34,6 +49,8 @@ stage() {
   # What short stages install comes from a network that may be slow.
   ((limit > 600)) || limit=600
   ((limit < ${VANTAGE_DEADLINE:-9999999999} - began)) || limit=$((VANTAGE_DEADLINE - began))
+  VANTAGE_SHARE=$(share_of_time "$name")
+  export VANTAGE_SHARE
   if ((limit > 0)); then
     : >"$log"
     timeout -k 10 "$limit" "$@" >>"$log" 2>&1 </dev/null &

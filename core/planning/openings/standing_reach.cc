@@ -52,8 +52,11 @@ StandingReach::StandingReach(const model::PlanningView& model,
                              std::span<const sensor::ScannerModel> scanners,
                              const PlanningConfig& config)
     : model_(model),
-      scanners_(scanners.begin(), scanners.end()),
-      heights_(HeightsFrom(config.min_viewpoint_height, config.max_viewpoint_height)) {}
+      heights_(HeightsFrom(config.min_viewpoint_height, config.max_viewpoint_height)) {
+  for (const sensor::ScannerModel& scanner : scanners) {
+    instruments_.push_back({scanner, std::cos(scanner.max_incidence)});
+  }
+}
 
 std::optional<StandingReach> StandingReach::Of(const model::PlanningView& model,
                                                const FloorMap& floor,
@@ -99,24 +102,31 @@ StandingReach::Slack StandingReach::OfBrick() const {
   const double in_plan = std::sqrt(0.5) * kCell;
   const double upright = kSameFloor + 0.5 * kHeightStep;
   return {std::hypot(in_plan, upright) + std::sqrt(0.75) * model::Brick::kSide * voxel_size_,
-          kNormalSlack};
+          std::sin(kNormalSlack), std::cos(kNormalSlack)};
 }
 
-bool StandingReach::MeasuredFrom(const Eigen::Vector3d& place, const sensor::ScannerModel& scanner,
+bool StandingReach::MeasuredFrom(const Eigen::Vector3d& place, const Instrument& instrument,
                                  const Eigen::Vector3d& centre, const Eigen::Vector3d& normal,
-                                 double density, const Slack& slack) const {
+                                 double density, const Slack& slack) {
+  const sensor::ScannerModel& scanner = instrument.model;
   const Eigen::Vector3d to_place = place - centre;
   const double distance = to_place.norm();
   if (distance <= 2 * slack.distance) return true;
   const double nearest = distance - slack.distance;
   if (nearest > scanner.range_max) return false;
+  // Of the angle by which the incidence may be less than it is taken to be, and of the incidence
+  // less that, without an inverse function: this is asked of millions of places.
+  const double off_sine = slack.distance / distance;
+  const double off_cosine = std::sqrt(1 - off_sine * off_sine);
+  const double slack_sine = off_sine * slack.cosine + off_cosine * slack.sine;
+  const double slack_cosine = off_cosine * slack.cosine - off_sine * slack.sine;
+  const double cosine = std::clamp(normal.dot(to_place) / distance, -1.0, 1.0);
+  const double least = cosine >= slack_cosine
+                           ? 1
+                           : cosine * slack_cosine + std::sqrt(1 - cosine * cosine) * slack_sine;
+  if (least < instrument.cos_max_incidence) return false;
   const double sine = std::min(1.0, (std::abs(to_place.z()) + slack.distance) / nearest);
-  if (scanner.SamplingDensityAtSine(sine, 1, nearest) < density) return false;
-  const double incidence = std::acos(std::clamp(normal.dot(to_place) / distance, -1.0, 1.0)) -
-                           std::asin(slack.distance / distance) - slack.normal;
-  if (incidence > scanner.max_incidence) return false;
-  return scanner.SamplingDensityAtSine(sine, std::cos(std::max(incidence, 0.0)), nearest) >=
-         density;
+  return scanner.SamplingDensityAtSine(sine, least, nearest) >= density;
 }
 
 template <typename Fn>
@@ -124,7 +134,8 @@ bool StandingReach::AnyPlace(const Eigen::Vector3d& centre, const Eigen::Vector3
                              double density, std::span<const double> heights, double within,
                              Fn&& fn) const {
   const Slack slack = OfBrick();
-  for (const sensor::ScannerModel& scanner : scanners_) {
+  for (const Instrument& instrument : instruments_) {
+    const sensor::ScannerModel& scanner = instrument.model;
     // A scanner samples most densely overhead, but no denser over any distance in plan than over
     // the same distance at its own height.
     const double farthest = std::min(
@@ -144,8 +155,8 @@ bool StandingReach::AnyPlace(const Eigen::Vector3d& centre, const Eigen::Vector3
             const Eigen::Vector3d place((first_.x() + x + 0.5) * kCell,
                                         (first_.y() + y + 0.5) * kCell,
                                         static_cast<double>(floor) + height);
-            if (!MeasuredFrom(place, scanner, centre, normal, density, slack)) continue;
-            if (fn(place, scanner)) return true;
+            if (!MeasuredFrom(place, instrument, centre, normal, density, slack)) continue;
+            if (fn(place, instrument)) return true;
           }
         }
       }
@@ -188,8 +199,8 @@ bool StandingReach::Sees(const model::VoxelIndex& voxel, const model::SurfaceVox
     std::vector<Place> all;
     AnyPlace(CentreOfBrick(brick, voxel_size_), bin.cast<double>().normalized(), density, heights,
              std::numeric_limits<double>::infinity(),
-             [&](const Eigen::Vector3d& at, const sensor::ScannerModel& scanner) {
-               all.push_back({at, static_cast<size_t>(&scanner - scanners_.data())});
+             [&](const Eigen::Vector3d& at, const Instrument& instrument) {
+               all.push_back({at, static_cast<size_t>(&instrument - instruments_.data())});
                return false;
              });
     const size_t count = std::min(all.size(), kMostPlaces);
@@ -204,14 +215,26 @@ bool StandingReach::Sees(const model::VoxelIndex& voxel, const model::SurfaceVox
       [&](double d) { return model_.Empty((middle + d * normal).array().floor().cast<int>()); });
   if (distance == model::kTargetDistances.end()) return false;
   const Eigen::Vector3d target = middle + *distance * normal;
+  // Walks go through one brick after the other.
+  const auto contents_of = [&](const model::VoxelIndex& of) -> const model::Brick* {
+    const model::BrickPage* page = model_.Page(model::BrickPage::Of(of));
+    return page == nullptr ? nullptr : page->Find(of);
+  };
+  model::VoxelIndex in = brick;
+  const model::Brick* contents = contents_of(in);
   const auto free = [&](const model::VoxelIndex& v, double) {
-    const model::VoxelState state = model_.State(v);
+    if (const model::VoxelIndex next = model::Brick::Of(v); next != in) {
+      in = next;
+      contents = contents_of(in);
+    }
+    if (contents == nullptr) return true;
+    const model::VoxelState state = contents->state[model::Brick::LocalOf(v)];
     return state != model::VoxelState::kTrueSurface && state != model::VoxelState::kAbsorbed;
   };
   for (size_t i = 0; i < places.size(); ++i) {
     const Place place = places[i];
-    if (!MeasuredFrom(place.at, scanners_[place.scanner], centroid, normal, density,
-                      {0.5 * kCell, 0})) {
+    if (!MeasuredFrom(place.at, instruments_[place.instrument], centroid, normal, density,
+                      {0.5 * kCell, 0, 1})) {
       continue;
     }
     if (!visibility::WalkVoxels(target, place.at / voxel_size_, free)) continue;

@@ -52,7 +52,12 @@ class StandingReach {
   // What places and voxels may be off from where they are taken to be.
   struct Slack {
     double distance = 0;  // m
-    double normal = 0;    // rad
+    double sine = 0;      // of what normals may be off
+    double cosine = 1;
+  };
+  struct Instrument {
+    sensor::ScannerModel model;
+    double cos_max_incidence = 0;
   };
 
   // A cell of the grid of places, by its floors' heights, m.
@@ -64,17 +69,17 @@ class StandingReach {
   }
   const Heights& At(const Eigen::Vector2i& cell) const { return floors_[Index(cell)]; }
   Slack OfBrick() const;
-  // Calls fn(place, scanner) for those from which the scanner may measure it, until that returns
+  // Calls fn(place, instrument) for those from which the scanner may measure it, until that returns
   // true; then returns true. `heights`: of viewpoints, m over the floor. `within`: m in plan.
   template <typename Fn>
   bool AnyPlace(const Eigen::Vector3d& centre, const Eigen::Vector3d& normal, double density,
                 std::span<const double> heights, double within, Fn&& fn) const;
-  bool MeasuredFrom(const Eigen::Vector3d& place, const sensor::ScannerModel& scanner,
-                    const Eigen::Vector3d& centre, const Eigen::Vector3d& normal, double density,
-                    const Slack& slack) const;
+  static bool MeasuredFrom(const Eigen::Vector3d& place, const Instrument& instrument,
+                           const Eigen::Vector3d& centre, const Eigen::Vector3d& normal,
+                           double density, const Slack& slack);
 
   const model::PlanningView& model_;
-  std::vector<sensor::ScannerModel> scanners_;
+  std::vector<Instrument> instruments_;
   std::vector<double> heights_;  // of viewpoints that are tried, m over the floor
   double voxel_size_ = 0;
   Eigen::Vector2i first_ = Eigen::Vector2i::Zero();
@@ -92,11 +97,11 @@ class StandingReach {
     }
   };
   absl::flat_hash_map<Asked, bool> known_;
-  // Where those are that may see what is asked for, and with which scanner; the last that did comes
-  // first. By the same.
+  // Where those are that may see what is asked for, and with which instrument; the last that did
+  // comes first. By the same.
   struct Place {
     Eigen::Vector3d at;  // m
-    size_t scanner = 0;
+    size_t instrument = 0;
   };
   absl::flat_hash_map<Asked, std::vector<Place>> places_;
   absl::flat_hash_map<Asked, bool> seen_;  // by cubes of two voxels instead of bricks
