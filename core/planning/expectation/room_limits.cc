@@ -13,7 +13,11 @@ namespace {
 // Walls are looked for over what stands before them: few cupboards are higher. m over the floor.
 constexpr double kOverFurniture = 1.9;
 constexpr double kWallsSeenTo = 3.0;
-constexpr double kLeastWall = 0.1;      // m2 of a plane: two hands' breadth, half a metre high
+constexpr double kLeastWall = 0.1;  // m2 of a plane: two hands' breadth, half a metre high
+// The same of a wall that was seen from its other side: a quarter of a metre, as high as is looked
+// at, which pillars and what stands out from the doorway's own wall mostly are not.
+constexpr double kLeastBack = 0.3;
+constexpr double kThinWall = 0.05;      // m, at least, between the two sides
 constexpr double kFaces = 0.9;          // cosine: 25 degrees, since normals at corners are askew
 constexpr double kBehindTheWall = 0.3;  // m from a doorway's middle that are its jambs
 // Two doorways are in the same wall when they face alike (cosine, 18 degrees) and stand in line, m:
@@ -35,6 +39,14 @@ class FacingSurface {
     if (bin >= bins_.size()) return;
     bins_[bin].area += area;
     bins_[bin].moment += area * distance;
+  }
+  // Of the nearest plane of so much area, m2.
+  std::optional<double> Nearest(double area) const {
+    for (size_t i = 1; i < bins_.size(); ++i) {
+      const double here = bins_[i].area + bins_[i - 1].area;
+      if (here >= area) return (bins_[i].moment + bins_[i - 1].moment) / here;
+    }
+    return std::nullopt;
   }
   // Of the farthest plane; a plane lies in two layers of voxels at most.
   std::optional<double> Farthest() const {
@@ -99,6 +111,12 @@ std::vector<WallPiece> WallsBehind(const model::PlanningView& model, const Openi
   return pieces;
 }
 
+// `limit`, less where a wall was seen from the other side, that of the next room.
+double EndBefore(const FacingSurface& back, double limit) {
+  const std::optional<double> nearest = back.Nearest(kLeastBack);
+  return nearest.has_value() ? std::min(limit, *nearest - kThinWall) : limit;
+}
+
 }  // namespace
 
 RoomLimits LimitsBehind(const model::PlanningView& model, const Opening& opening,
@@ -106,22 +124,30 @@ RoomLimits LimitsBehind(const model::PlanningView& model, const Opening& opening
   const std::vector<WallPiece> pieces = WallsBehind(model, opening, most);
   const double voxel = model.voxel_size();
   FacingSurface end(most.depth, voxel);
+  FacingSurface behind_end(most.depth, voxel);
   for (const WallPiece& piece : pieces) {
-    if (piece.against < -kFaces && piece.aside < most.left && piece.aside > -most.right) {
-      end.Add(piece.in, piece.area);
+    if (piece.aside > most.left || piece.aside < -most.right) continue;
+    if (piece.against < -kFaces) end.Add(piece.in, piece.area);
+    if (piece.against > kFaces && piece.in > kBehindTheLeaf) {
+      behind_end.Add(piece.in, piece.area);
     }
   }
   RoomLimits limits = most;
-  limits.depth = std::min(most.depth, end.Farthest().value_or(most.depth));
+  limits.depth = EndBefore(behind_end, std::min(most.depth, end.Farthest().value_or(most.depth)));
   FacingSurface left(most.left, voxel);
   FacingSurface right(most.right, voxel);
+  FacingSurface behind_left(most.left, voxel);
+  FacingSurface behind_right(most.right, voxel);
   for (const WallPiece& piece : pieces) {
     if (piece.in < kBehindTheLeaf || piece.in > limits.depth) continue;
     if (piece.leftward < -kFaces) left.Add(piece.aside, piece.area);
     if (piece.leftward > kFaces) right.Add(-piece.aside, piece.area);
+    if (piece.leftward > kFaces) behind_left.Add(piece.aside, piece.area);
+    if (piece.leftward < -kFaces) behind_right.Add(-piece.aside, piece.area);
   }
-  limits.left = std::min(most.left, left.Farthest().value_or(most.left));
-  limits.right = std::min(most.right, right.Farthest().value_or(most.right));
+  limits.left = EndBefore(behind_left, std::min(most.left, left.Farthest().value_or(most.left)));
+  limits.right =
+      EndBefore(behind_right, std::min(most.right, right.Farthest().value_or(most.right)));
   return limits;
 }
 

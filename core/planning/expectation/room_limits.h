@@ -18,7 +18,8 @@ struct RoomLimits {
 
 // `most`, less where a piece of wall was seen that faces the doorway, or the middle of the room
 // from a side: a wall goes on straight, also where it was not seen. Of several the farthest counts,
-// since what stands before a wall is furniture.
+// since what stands before a wall is furniture. A wall that was seen from its other side, out of
+// the next room, ends the room, too, and of these the nearest.
 RoomLimits LimitsBehind(const model::PlanningView& model, const Opening& opening,
                         const RoomLimits& most);
 

@@ -109,6 +109,50 @@ TEST_P(RoomLimitsTest, NothingIsExpectedBehindAWallThatWasSeenInPart) {
   EXPECT_GT(expected, 1000u);
 }
 
+// Two rooms behind the wall x = 4, and what the scanner sees through the farther door of the wall
+// between them: its other side.
+TEST(RoomLimitsOfNeighboursTest, AWallThatWasSeenFromItsOtherSideEndsTheRoom) {
+  constexpr double kOtherSide = 2.3;  // m, y
+  simulation::TriangleMesh mesh;
+  simulation::MeshBuilder builder(mesh);
+  const auto box = [&](double x0, double x1, double y0, double y1, double z0, double z1) {
+    builder.Box({x0, y0, z0}, {x1, y1, z1});
+  };
+  box(-0.2, 7.2, -0.2, 5.2, -0.2, 0);
+  box(-0.2, 7.2, -0.2, 5.2, 2.5, 2.7);
+  box(-0.2, 0, -0.2, 5.2, 0, 2.5);
+  box(0, 7.2, -0.2, 0, 0, 2.5);
+  box(0, 7.2, 5, 5.2, 0, 2.5);
+  box(7, 7.2, 0, 5, 0, 2.5);
+  box(4, 4.1, 0, 0.3, 0, 2.5);
+  box(4, 4.1, 1.2, 2.7, 0, 2.5);
+  box(4, 4.1, 3.6, 5, 0, 2.5);
+  box(4, 4.1, 0.3, 1.2, 2.05, 2.5);
+  box(4, 4.1, 2.7, 3.6, 2.05, 2.5);
+  box(4.1, 7, 2.2, kOtherSide, 0, 2.5);
+  sensor::ScannerModel scanner;
+  scanner.azimuth_step = scanner.elevation_step = sensor::Radians(0.2);
+  const simulation::SimulatedScanner tracer{mesh};
+  parallel::ThreadPool pool(2);
+  const auto model = model::PartialModel::Create({}).value();
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.translate(Eigen::Vector3d(2.5, 3.9, 1.6));
+  sensor::Scan scan;
+  scan.scanner = scanner;
+  scan.image = tracer.Scan(scanner, pose, simulation::ScanFaults{}, 1, pool);
+  ASSERT_TRUE(model->Insert("scan", scan, pose, pool).ok());
+  const std::shared_ptr<const model::PlanningView> view = model->Publish();
+  Opening near;
+  near.centre = Eigen::Vector3d(4.05, 0.75, 0);
+  near.direction = Eigen::Vector3d::UnitX();
+  near.width = 0.9;
+  near.head = 2.05;
+  const RoomLimits limits = LimitsBehind(*view, near, kMost);
+  EXPECT_GT(limits.left, kOtherSide - 0.1 - near.centre.y() - view->voxel_size());
+  EXPECT_LT(limits.left, kOtherSide - near.centre.y());
+  EXPECT_EQ(limits.right, kMost.right) << "no scan saw that wall";
+}
+
 // Doorways in the wall y = 0, into rooms of their own, by where their middles are along it.
 Openings DoorsInOneWall(const std::vector<double>& places) {
   Openings openings;
