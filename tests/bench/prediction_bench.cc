@@ -76,19 +76,12 @@ void ScanViews(const RepetitiveScene& scene, const PriorKind& kind, uint64_t see
   }
   for (const planning::RankedView& view : views) {
     const bool promised = view.verdict.registered();
-    const auto tried = trials.Register(view.position, kind.sigma, kind.stated, {}).result.verdict;
-    const bool registered = tried.registered();
+    const bool registered =
+        trials.Register(view.position, kind.sigma, kind.stated, {}).result.verdict.registered();
     ++promises.views;
     promises.promised += promised ? 1 : 0;
     promises.registered += registered ? 1 : 0;
     promises.kept += promised && registered ? 1 : 0;
-    if (promised && !registered) {
-      fprintf(stderr, "DBG %s %s seed %d at %.2f %.2f %.2f expected %d door %d overlap %.3f->%.3f bound %.4f->%.4f cause %s\n",
-              "", kind.name, (int)seed, view.position.x(), view.position.y(), view.position.z(),
-              view.expected.has_value(), view.expected.has_value() && view.expected->doorway.has_value(),
-              view.verdict.overlap_share, tried.overlap_share, view.verdict.error_bound, tried.error_bound,
-              tried.reason.c_str());
-    }
   }
 }
 

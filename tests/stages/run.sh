@@ -22,7 +22,7 @@ follow() {
 }
 
 # share_of_time NAME: in percent, what of its budget the stage and those after it can have, if this
-# machine goes on as slowly as so far, until VANTAGE_DEADLINE; a quarter at least.
+# machine goes on as slowly as so far, until VANTAGE_DEADLINE.
 share_of_time() {
   [[ -n ${VANTAGE_DEADLINE:-} ]] || { echo 100 && return; }
   awk -v name="$1" -v spent=$((EPOCHSECONDS - VANTAGE_STARTED)) \
@@ -32,12 +32,15 @@ share_of_time() {
       pace = before > 0 && spent > before ? spent / before : 1
       # A tenth is kept, since no stage takes exactly what it is meant to.
       share = 90 * left / (rest * pace)
-      print int(share < 25 ? 25 : share > 100 ? 100 : share)
+      print int(share < 0 ? 0 : share > 100 ? 100 : share)
     }' "$stages/stages.txt"
 }
 
+# True of the stages that cover less where time is short.
+covers_less() { sed '1,/^# By what time is left/d' "$stages/stages.txt" | grep -q "^$1 "; }
+
 # stage NAME [COMMAND...]: runs the command, by default tests/stages/NAME.sh, as the stage of that name.
-# True if it passed or was skipped. VANTAGE_SLACK times its budget, ten minutes at least, or at VANTAGE_DEADLINE (seconds of
+# True if it passed or was skipped. VANTAGE_SLACK times its budget, fifteen minutes at least, or at VANTAGE_DEADLINE (seconds of
 # the epoch), it is stopped.
 stage() {
   local name=$1 budget what began=$EPOCHSECONDS log=$logs/stage-$1.log status=0 limit took counts result
@@ -47,11 +50,14 @@ stage() {
   say "$name: $what (budget $budget s)"
   limit=$((budget * ${VANTAGE_SLACK:-3}))
   # What short stages install comes from a network that may be slow.
-  ((limit > 600)) || limit=600
+  ((limit > 900)) || limit=900
   ((limit < ${VANTAGE_DEADLINE:-9999999999} - began)) || limit=$((VANTAGE_DEADLINE - began))
   VANTAGE_SHARE=$(share_of_time "$name")
   export VANTAGE_SHARE
-  if ((limit > 0)); then
+  if ((VANTAGE_SHARE < 15)) && covers_less "$name"; then
+    status=$skipped
+    echo "skipped: too little time is left for it on this machine; ./dev check $name runs it" >"$log"
+  elif ((limit > 0)); then
     : >"$log"
     timeout -k 10 "$limit" "$@" >>"$log" 2>&1 </dev/null &
     running=$!
