@@ -266,12 +266,12 @@ TEST(SimulatedJob, ClimbsAHouseOfThreeStoreys) {
   ServerProcess server;
   ASSERT_FALSE(server.address().empty());
   const Finished finished =
-      Vantage(server, {"simulate", "--scene", "house", "--seed", "1", "--scans", "14", "--step",
+      Vantage(server, {"simulate", "--scene", "house", "--seed", "1", "--scans", "18", "--step",
                        "0.5", "--density", "150", "--work", "3000000", "--session", "house"});
   ASSERT_EQ(finished.exit_code, 0) << finished.out << finished.error;
   const std::vector<JobRow> rows = JobRowsOf(finished.out);
-  ASSERT_EQ(rows.size(), 14u) << finished.out;
-  EXPECT_GT(rows.back().truth, 65) << finished.out;
+  ASSERT_EQ(rows.size(), 18u) << finished.out;
+  EXPECT_GT(rows.back().truth, 75) << finished.out;
   const v1::GetCoverageResponse coverage =
       Answer<v1::GetCoverageResponse>(Vantage(server, {"coverage", "house", "--json"}));
   ASSERT_EQ(coverage.storeys_size(), 3) << coverage.DebugString();
