@@ -227,8 +227,10 @@ TEST_F(FollowTourTest, AScannerThatSeesASectorIsToldWhereToFace) {
     const planning::ViewEvaluation there = flat_.Evaluate(first.position, first.heading);
     EXPECT_TRUE(there.view.verdict.registered());
     EXPECT_NEAR(first.score, there.view.score, 1e-6 * first.score);
-    // Facing away it would bring less.
-    EXPECT_LT(flat_.Evaluate(first.position, *first.heading + M_PI).view.score, first.score);
+    // Facing away it would bring less, or not register.
+    const planning::RankedView away = flat_.Evaluate(first.position, *first.heading + M_PI).view;
+    EXPECT_TRUE(away.score < first.score || !away.verdict.registered())
+        << away.score << " instead of " << first.score;
   }
   EXPECT_GT(followed, 0U);
 }
