@@ -146,8 +146,10 @@ RivalForecast::RivalForecast(const model::PlanningView& model)
 
 double RivalForecast::EstimatedBytes(const model::PlanningView& model) {
   const double h = model.voxel_size();
-  const Eigen::Vector3d size = (model.bounds().max - model.bounds().min).cast<double>() * h;
-  return CoarseSurface::Bytes(size, MoveSearch::kShiftStep * h, kWidestReach * h);
+  // Empty space may go much farther.
+  const Eigen::AlignedBox3d box = TrueSurfaceBox(model);
+  if (box.isEmpty()) return 0;
+  return CoarseSurface::Bytes(box.sizes(), MoveSearch::kShiftStep * h, kWidestReach * h);
 }
 
 std::vector<Minimum> RivalForecast::Refined(const ScanSurface& surface,
